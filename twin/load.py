@@ -1,0 +1,62 @@
+"""`Load`: what is drawn from a cell or pack, over time."""
+
+from dataclasses import dataclass
+from enum import Enum
+
+import numpy as np
+import numpy.typing as npt
+
+FloatArray = npt.NDArray[np.float64]
+
+
+class LoadError(ValueError):
+    """The load cannot be simulated as given; the text says where and what to do."""
+
+
+class Between(Enum):
+    """How the current runs between samples."""
+
+    HOLD = "hold"  # programmed steps: sample k holds until sample k + 1
+    LINEAR = "linear"  # instantaneous samples of a sensor: straight from k to k + 1
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Load:
+    """A current over time, discharge positive; LoadError if it cannot be simulated.
+
+    Attributes:
+        time_s: (n,) strictly increasing, n >= 2.
+        current_A: (n,) at the terminals of whatever it is applied to (cell or pack).
+        between: how the current runs between the samples.
+        ambient_K: temperature of the surroundings.
+    """
+
+    time_s: FloatArray
+    current_A: FloatArray
+    between: Between = Between.LINEAR
+    ambient_K: float = 298.15
+
+    def __post_init__(self) -> None:
+        for name in ("time_s", "current_A"):
+            values = np.array(getattr(self, name), dtype=float)
+            values.flags.writeable = False
+            object.__setattr__(self, name, values)
+        if self.time_s.ndim != 1 or self.time_s.size < 2:
+            raise LoadError(f"a load needs two samples or more, got {self.time_s.size}")
+        if self.current_A.shape != self.time_s.shape:
+            raise LoadError(f"{self.current_A.shape} currents for {self.time_s.shape} times")
+        for name in ("time_s", "current_A"):
+            bad = np.flatnonzero(~np.isfinite(getattr(self, name)))
+            if bad.size:
+                raise LoadError(f"{name}[{bad[0]}] is not finite ({bad.size} such samples)")
+        if (stuck := np.flatnonzero(np.diff(self.time_s) <= 0)).size:
+            raise LoadError(
+                f"time_s[{stuck[0] + 1}] does not exceed time_s[{stuck[0]}] ({stuck.size} such steps)"
+            )
+
+    def charge_C(self) -> float:
+        """Integral of the current over the whole load, exact for its `between` [C]."""
+        dt = np.diff(self.time_s)
+        if self.between is Between.HOLD:
+            return float(np.dot(dt, self.current_A[:-1]))
+        return float(np.dot(dt, self.current_A[:-1] + self.current_A[1:]) / 2)

@@ -1,0 +1,91 @@
+"""`Solution`: what the twin answers to a load."""
+
+from dataclasses import dataclass
+from enum import Enum
+
+import numpy as np
+import numpy.typing as npt
+
+FloatArray = npt.NDArray[np.float64]
+
+
+class SimulationStopped(RuntimeError):
+    """Raised by `Solution.require()`; the text is that of the status."""
+
+
+class Status(Enum):
+    """How a simulation ended; the value says what happened and what to try."""
+
+    DONE = "the whole load was simulated"
+    LOWER_CUT_OFF = (
+        "the voltage reached the lower cut-off; the load asks for more than the cell holds"
+    )
+    UPPER_CUT_OFF = "the voltage reached the upper cut-off; the load charges a full cell"
+    ELECTROLYTE_DEPLETED = (
+        "the electrolyte ran out of salt; the load is beyond the rate this cell can deliver: "
+        "check the capacity and the number of parallel cells"
+    )
+    ELECTRODE_EMPTY = (
+        "an electrode's surface ran out of lithium, or of room for it; the load asks for more than "
+        "the cell holds: check the start state of charge and the capacity"
+    )
+    NOT_CONVERGED = (
+        "the equations could not be solved at this point; check the parameters of the cell, and "
+        "whether the load is physical"
+    )
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class LithiumAudit:
+    """Where the lithium is [mol], at the start and at the end; of one cell.
+
+    Attributes:
+        negative_mol: (2,) in the negative electrode, start and end.
+        positive_mol: (2,) in the positive electrode, start and end.
+        electrolyte_mol: (2,) in the electrolyte, start and end.
+        relative_error: (end - start of the sum) / start of the sum.
+        charge_error_C: integral of the load minus what left the negative electrode.
+    """
+
+    negative_mol: FloatArray
+    positive_mol: FloatArray
+    electrolyte_mol: FloatArray
+    relative_error: float
+    charge_error_C: float
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Solution:
+    """The response of one cell (or of a pack of equal cells) to a load, up to where it ended.
+
+    Attributes:
+        time_s: (n,) the load's own sample times, as far as simulated.
+        current_A: (n,) at the terminals.
+        voltage_V: (n,) at the terminals; each belongs to the current at the same time.
+        temperature_K: (n,) of the cell.
+        soc: (n,) state of charge from the negative electrode's mean stoichiometry, 0..1.
+        heat_W: (n,) released inside, of the whole pack.
+        audit: the lithium balance.
+        status: how it ended.
+        stopped_s: time at which it ended, located inside the sample if it ended early.
+        steps: time steps taken, sub-steps included.
+        retried_steps: sub-steps that replaced a step which had not converged.
+    """
+
+    time_s: FloatArray
+    current_A: FloatArray
+    voltage_V: FloatArray
+    temperature_K: FloatArray
+    soc: FloatArray
+    heat_W: FloatArray
+    audit: LithiumAudit
+    status: Status
+    stopped_s: float
+    steps: int
+    retried_steps: int
+
+    def require(self) -> "Solution":
+        """This solution if the whole load was simulated, else SimulationStopped with the reason."""
+        if self.status is not Status.DONE:
+            raise SimulationStopped(f"stopped at {self.stopped_s:.1f} s: {self.status.value}")
+        return self
