@@ -1,0 +1,130 @@
+"""`FlightReport`: everything a page, or `result.json`, says of one flight."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+from flightlogs.log import FlightLog
+from flightlogs.recording import Recording
+from segment.profile import PeriodicProfile
+from segment.segment import Motion, Segment
+from twin.replay import Replay
+
+ASSESSED = (Motion.HOVER, Motion.VERTICAL, Motion.HORIZONTAL)
+"""The motions that are judged one by one; the others connect them."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class PackUse:
+    """The pack as it was simulated, and how each of its numbers is known.
+
+    Attributes:
+        name: from `pack.toml`, else "".
+        cell: name of the cell.
+        cell_source: where its numbers come from.
+        calibrated: False if the cell is a built-in one that was never fitted to this pack.
+        series: cells in series.
+        series_inferred: True if judged from the voltage.
+        parallel: cells side by side.
+        capacity_C: of the pack.
+        serial: the pack's own number, "" if unknown.
+        initial_soc: state of charge at the start of the recording, 0..1.
+        initial_K: temperature of the pack at the start.
+        ambient_K: temperature of the air.
+        heat_transfer_W_m2_K: from the cell to the air.
+        effects: ids of the physical effects that were switched on.
+        origins: field -> where its value comes from, in words, for every field that was a choice.
+    """
+
+    name: str
+    cell: str
+    cell_source: str
+    calibrated: bool
+    series: int
+    series_inferred: bool
+    parallel: int
+    capacity_C: float
+    serial: str
+    initial_soc: float
+    initial_K: float
+    ambient_K: float
+    heat_transfer_W_m2_K: float
+    effects: tuple[str, ...]
+    origins: Mapping[str, str]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Gaps:
+    """Stretches without current samples, which the replay had to bridge.
+
+    Attributes:
+        count: how many there are.
+        total_s: their total duration.
+        longest_s: the longest.
+        charge_C: what the replay drew in them, on a straight line between their ends.
+    """
+
+    count: int = 0
+    total_s: float = 0.0
+    longest_s: float = 0.0
+    charge_C: float = 0.0
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class NoProfile:
+    """Why there is no periodic profile of a motion, in words."""
+
+    reason: str
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Provenance:
+    """What made this result, enough to make it again.
+
+    Attributes:
+        sha256: of the log file.
+        sensor_name: sensor file that was used or refused, "" if none.
+        sensor_sha256: of that file, "" if none.
+        pack_sha256: of the pack file and its cell file, "" if none.
+        inputs_sha256: of all of these and the options; equal inputs give an equal result.
+        version: of this program.
+        solver: the twin's solver and its figures, in words.
+        seconds: wall time from opening the log to the finished result.
+    """
+
+    sha256: str
+    sensor_name: str
+    sensor_sha256: str
+    pack_sha256: str
+    inputs_sha256: str
+    version: str
+    solver: str
+    seconds: float
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class FlightReport:
+    """One analysed flight.
+
+    Attributes:
+        log: what was read.
+        recording: the battery and flight that were chosen.
+        segments: the flight cut into motions.
+        profiles: motion -> its waveform, or why there is none.
+        alignment_refusal: why a sensor recording was not used, "" if it was or there is none.
+        gaps: stretches of the recording without current.
+        pack: what was simulated.
+        replay: the twin's answer; None if it could not be asked.
+        no_replay: why it could not, "" if it was.
+        provenance: what made this result.
+    """
+
+    log: FlightLog
+    recording: Recording
+    segments: tuple[Segment, ...]
+    profiles: Mapping[Motion, PeriodicProfile | NoProfile]
+    alignment_refusal: str
+    gaps: Gaps
+    pack: PackUse
+    replay: Replay | None
+    no_replay: str
+    provenance: Provenance

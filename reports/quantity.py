@@ -1,0 +1,41 @@
+"""Numbers as they are printed: rounded once, here, and never again."""
+
+import math
+
+MISSING = "–"
+
+
+def fixed(value: float | None, decimals: int) -> str:
+    """`value` with so many decimals; a dash if there is none; no minus sign before a zero."""
+    if value is None or not math.isfinite(value):
+        return MISSING
+    rounded = round(value, decimals)
+    return f"{rounded if rounded else 0.0:.{decimals}f}"
+
+
+def significant(value: float | None, digits: int = 3) -> str:
+    """`value` to so many digits, without an exponent where a person would write none."""
+    if value is None or not math.isfinite(value):
+        return MISSING
+    if value == 0.0:
+        return "0"
+    magnitude = math.floor(math.log10(abs(value)))
+    if not -4 <= magnitude < 7:
+        return f"{value:.{digits - 1}e}"
+    return fixed(round(value, digits - 1 - magnitude), max(0, digits - 1 - magnitude))
+
+
+def minutes(seconds: float) -> str:
+    """A duration as `m:ss`."""
+    whole = round(seconds)
+    return f"{whole // 60}:{whole % 60:02d}"
+
+
+def ampere_hours(charge_C: float | None, decimals: int = 3) -> str:
+    """A charge in Ah."""
+    return fixed(None if charge_C is None else charge_C / 3600, decimals)
+
+
+def celsius(temperature_K: float | None, decimals: int = 1) -> str:
+    """A temperature in degrees Celsius."""
+    return fixed(None if temperature_K is None else temperature_K - 273.15, decimals)

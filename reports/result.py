@@ -1,0 +1,231 @@
+"""`result.json`: the models that write it, read it, and make its schema.
+
+`python -m reports.result > reports/result.schema.json` renews the schema; a test holds it current.
+"""
+
+import json
+import sys
+from datetime import datetime
+from typing import Annotated, Literal
+
+from pydantic import BaseModel, ConfigDict, Field
+
+SCHEMA_VERSION: Literal[1] = 1
+Share = Annotated[float, Field(ge=0.0, le=1.0)]
+NotNegative = Annotated[float, Field(ge=0.0)]
+Sha256 = Annotated[str, Field(pattern="^[0-9a-f]{64}$")]
+MotionName = Literal["ground", "takeoff", "landing", "hover", "vertical", "horizontal", "mixed"]
+
+
+class _Part(BaseModel):
+    model_config = ConfigDict(
+        extra="forbid",
+        frozen=True,
+        allow_inf_nan=False,
+        use_attribute_docstrings=True,
+        json_schema_serialization_defaults_required=True,
+    )
+
+
+class FlightPart(_Part):
+    """The log and the flight chosen in it."""
+
+    file: str
+    """Name of the log, without its folder."""
+    sha256: Sha256
+    format: str
+    firmware: str
+    vehicle: str
+    start_utc: datetime | None
+    """Of the first sample of the log."""
+    duration_s: NotNegative
+    """Of the whole log."""
+    in_air_s: NotNegative
+    """From take-off to landing of the flight analysed."""
+
+
+class PackPart(_Part):
+    """The battery of the log, and the pack that was simulated in its place."""
+
+    name: str
+    battery: str
+    """What the log calls it."""
+    other_batteries: tuple[str, ...]
+    serial: str
+    cell: str
+    calibrated: bool
+    """False: a built-in cell stands in for the pack's own."""
+    series: int
+    series_inferred: bool
+    """True: judged from the voltage."""
+    parallel: int
+    capacity_ah: NotNegative
+    origins: dict[str, str]
+    """Where each value that had to be chosen comes from, in words."""
+
+
+class WarningPart(_Part):
+    """Something usable, but doubtful."""
+
+    code: str
+    message: str
+    where: str
+
+
+class GapsPart(_Part):
+    """Stretches without current samples, bridged on a straight line in the replay."""
+
+    count: int
+    total_s: NotNegative
+    longest_s: NotNegative
+    bridged_charge_ah: float
+
+
+class QualityPart(_Part):
+    """What is doubtful, and the checks."""
+
+    warnings: tuple[WarningPart, ...]
+    dropouts_s: NotNegative
+    recovered_fraction: Share
+    coulomb_check: float | None
+    """Integral of the current over the difference of the log's own counter."""
+    resistance_mohm: float | None
+    """Slope of voltage on current under load, whole pack."""
+    gaps: GapsPart
+    current_source: Literal["sensor", "autopilot"]
+
+
+class AlignmentPart(_Part):
+    """The sensor's clock on the autopilot's; null without a sensor, or if it was refused."""
+
+    method: str
+    offset_s: float
+    drift_ppm: float
+    correlation: float
+    uncertainty_s: NotNegative
+    drift_uncertainty_ppm: NotNegative
+    gain: float | None
+    """Of the sensor against the autopilot's current."""
+    bias_a: float | None
+
+
+class LoadPart(_Part):
+    """What was drawn; discharge is positive."""
+
+    charge_ah: float
+    energy_wh: float | None
+    """Null where no voltage was logged."""
+    mean_current_a: float
+    rms_current_a: float
+    p99_current_a: float | None
+    ripple_a: float
+
+
+class SegmentPart(LoadPart):
+    """Half-open span of one motion, on the log's clock."""
+
+    motion: MotionName
+    start_s: float
+    stop_s: float
+    basis: str
+    """What the motion was decided by."""
+
+
+class MotionPart(LoadPart):
+    """All segments of a motion together."""
+
+    time_s: NotNegative
+    damage: None = None
+    """Damage done by this motion. This version does not compute it: always null."""
+    relative_to_constant_current: None = None
+    """Damage over that of constant current at the same mean. Not computed yet: always null."""
+
+
+class MotionsPart(_Part):
+    """The motions that are judged; null where the flight had none of it."""
+
+    hover: MotionPart | None
+    vertical: MotionPart | None
+    horizontal: MotionPart | None
+
+
+class LithiumPart(_Part):
+    """The lithium of one cell, at the end over the start."""
+
+    negative_mol: tuple[float, float]
+    """In the negative electrode, at start and end."""
+    positive_mol: tuple[float, float]
+    electrolyte_mol: tuple[float, float]
+    relative_error: float
+    """Change of the sum over the sum."""
+    charge_error_c: float
+    """Charge of the load minus what left the negative electrode."""
+
+
+class ReplayPart(_Part):
+    """The twin's answer to the recorded current."""
+
+    voltage_rmse_mv: float | None
+    """Root mean square of recorded minus simulated pack voltage, from take-off to landing."""
+    max_error_mv: float | None
+    final_soc: float | None
+    max_temperature_c: float | None
+    """Simulated."""
+    lithium_audit: LithiumPart
+    status: str
+    """`done`, or why the simulation ended early."""
+    status_text: str
+    simulated_s: NotNegative
+    """How far the simulation came."""
+
+
+class ParametersPart(_Part):
+    """The numbers that were chosen for the twin."""
+
+    initial_soc: Share
+    initial_temperature_c: float
+    ambient_c: float
+    heat_transfer_W_m2_K: float
+    physics: tuple[str, ...]
+    inputs_sha256: Sha256
+    """Of log, sensor, pack file and options; equal inputs give an equal result."""
+
+
+class ProvenancePart(_Part):
+    """What made this result."""
+
+    version: str
+    cell: str
+    """Where the numbers of the cell come from."""
+    parameters: ParametersPart
+    solver: str
+    seconds: NotNegative
+    """Wall time from opening the log to the finished result."""
+
+
+class Result(_Part):
+    """One analysed flight."""
+
+    schema_version: Literal[1] = SCHEMA_VERSION
+    flight: FlightPart
+    pack: PackPart
+    quality: QualityPart
+    alignment: AlignmentPart | None
+    segments: tuple[SegmentPart, ...]
+    motions: MotionsPart
+    replay: ReplayPart | None
+    """Null if no replay was possible."""
+    mismatch: None = None
+    """Where and why twin and recording differ. This version does not look for it: always null."""
+    provenance: ProvenancePart
+
+
+def schema_text() -> str:
+    """The JSON Schema of `result.json`, as it is shipped."""
+    schema = Result.model_json_schema(mode="serialization")
+    schema["$schema"] = "https://json-schema.org/draft/2020-12/schema"
+    return json.dumps(schema, indent=1) + "\n"
+
+
+if __name__ == "__main__":
+    sys.stdout.write(schema_text())

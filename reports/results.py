@@ -1,0 +1,191 @@
+"""`FlightReport` -> `Result`: the numbers of a page for programs to read."""
+
+import math
+
+import numpy as np
+
+from reports.flight import ASSESSED, FlightReport
+from reports.motions import motion_loads
+from reports.result import (
+    AlignmentPart,
+    FlightPart,
+    GapsPart,
+    LithiumPart,
+    LoadPart,
+    MotionPart,
+    MotionsPart,
+    PackPart,
+    ParametersPart,
+    ProvenancePart,
+    QualityPart,
+    ReplayPart,
+    Result,
+    SegmentPart,
+    WarningPart,
+)
+from segment.segment import LoadStatistics, Segment
+from twin.replay import Replay
+
+
+def result_of(report: FlightReport) -> Result:
+    """All that `result.json` says of a flight; charges in Ah, temperatures in degrees Celsius."""
+    return Result(
+        flight=_flight(report),
+        pack=_pack(report),
+        quality=_quality(report),
+        alignment=_alignment(report),
+        segments=tuple(_segment(s) for s in report.segments),
+        motions=_motions(report),
+        replay=None if report.replay is None else _replay(report.replay),
+        provenance=_provenance(report),
+    )
+
+
+def _flight(report: FlightReport) -> FlightPart:
+    log = report.log
+    return FlightPart(
+        file=log.name,
+        sha256=report.provenance.sha256,
+        format=log.format,
+        firmware=log.firmware,
+        vehicle=log.vehicle.value,
+        start_utc=log.start_utc,
+        duration_s=log.duration_s,
+        in_air_s=report.recording.flight.duration_s,
+    )
+
+
+def _pack(report: FlightReport) -> PackPart:
+    pack, recording = report.pack, report.recording
+    return PackPart(
+        name=pack.name,
+        battery=recording.battery,
+        other_batteries=recording.other_batteries,
+        serial=pack.serial,
+        cell=pack.cell,
+        calibrated=pack.calibrated,
+        series=pack.series,
+        series_inferred=pack.series_inferred,
+        parallel=pack.parallel,
+        capacity_ah=pack.capacity_C / 3600,
+        origins=dict(pack.origins),
+    )
+
+
+def _quality(report: FlightReport) -> QualityPart:
+    recording, gaps = report.recording, report.gaps
+    resistance = recording.resistance_ohm
+    return QualityPart(
+        warnings=tuple(
+            WarningPart(code=w.code, message=w.message, where=w.where) for w in recording.warnings
+        ),
+        dropouts_s=report.log.dropouts_s,
+        recovered_fraction=report.log.recovered_fraction,
+        coulomb_check=_finite(recording.coulomb_check),
+        resistance_mohm=None if resistance is None else _finite(1000 * resistance),
+        gaps=GapsPart(
+            count=gaps.count,
+            total_s=gaps.total_s,
+            longest_s=gaps.longest_s,
+            bridged_charge_ah=gaps.charge_C / 3600,
+        ),
+        current_source="sensor" if recording.current_source == "sensor" else "autopilot",
+    )
+
+
+def _alignment(report: FlightReport) -> AlignmentPart | None:
+    fit = report.recording.alignment
+    if fit is None:
+        return None
+    return AlignmentPart(
+        method=fit.method,
+        offset_s=fit.offset_s,
+        drift_ppm=fit.drift_ppm,
+        correlation=fit.correlation,
+        uncertainty_s=fit.uncertainty_s,
+        drift_uncertainty_ppm=fit.drift_uncertainty_ppm,
+        gain=fit.gain,
+        bias_a=fit.bias_A,
+    )
+
+
+def _load(load: LoadStatistics) -> LoadPart:
+    return LoadPart(
+        charge_ah=load.charge_C / 3600,
+        energy_wh=_finite(load.energy_J / 3600),
+        mean_current_a=load.mean_A,
+        rms_current_a=load.rms_A,
+        p99_current_a=_finite(load.p99_A),
+        ripple_a=load.ripple_A,
+    )
+
+
+def _segment(segment: Segment) -> SegmentPart:
+    return SegmentPart(
+        **_load(segment.load).model_dump(),
+        motion=segment.motion.value,
+        start_s=segment.start_s,
+        stop_s=segment.stop_s,
+        basis=segment.basis.value,
+    )
+
+
+def _motions(report: FlightReport) -> MotionsPart:
+    loads = motion_loads(report.recording, report.segments)
+    parts = {
+        motion.value: (
+            MotionPart(**_load(loads[motion].load).model_dump(), time_s=loads[motion].time_s)
+            if motion in loads
+            else None
+        )
+        for motion in ASSESSED
+    }
+    return MotionsPart.model_validate(parts)
+
+
+def _replay(replay: Replay) -> ReplayPart:
+    solution, audit = replay.solution, replay.solution.audit
+    started = bool(solution.time_s.size)
+    rmse, worst = replay.rmse_V, replay.max_error_V
+    return ReplayPart(
+        voltage_rmse_mv=None if rmse is None else 1000 * rmse,
+        max_error_mv=None if worst is None else 1000 * worst,
+        final_soc=float(solution.soc[-1]) if started else None,
+        max_temperature_c=float(np.max(solution.temperature_K)) - 273.15 if started else None,
+        lithium_audit=LithiumPart(
+            negative_mol=_pair(audit.negative_mol),
+            positive_mol=_pair(audit.positive_mol),
+            electrolyte_mol=_pair(audit.electrolyte_mol),
+            relative_error=audit.relative_error,
+            charge_error_c=audit.charge_error_C,
+        ),
+        status=solution.status.name.lower(),
+        status_text=solution.status.value,
+        simulated_s=solution.stopped_s - float(replay.load.time_s[0]),
+    )
+
+
+def _provenance(report: FlightReport) -> ProvenancePart:
+    made, pack = report.provenance, report.pack
+    return ProvenancePart(
+        version=made.version,
+        cell=pack.cell_source,
+        parameters=ParametersPart(
+            initial_soc=pack.initial_soc,
+            initial_temperature_c=pack.initial_K - 273.15,
+            ambient_c=pack.ambient_K - 273.15,
+            heat_transfer_W_m2_K=pack.heat_transfer_W_m2_K,
+            physics=pack.effects,
+            inputs_sha256=made.inputs_sha256,
+        ),
+        solver=made.solver,
+        seconds=made.seconds,
+    )
+
+
+def _pair(values: np.ndarray[tuple[int], np.dtype[np.float64]]) -> tuple[float, float]:
+    return float(values[0]), float(values[1])
+
+
+def _finite(value: float | None) -> float | None:
+    return value if value is not None and math.isfinite(value) else None

@@ -1,0 +1,115 @@
+"""What was flown, in a few lines."""
+
+import numpy as np
+
+from flightlogs.log import Interval
+from reports.flight import FlightReport
+from reports.quantity import MISSING, ampere_hours, celsius, fixed, minutes
+from reports.section import Notice, Row, Section, Severity
+
+NOT_CALIBRATED = (
+    "The twin is not calibrated to this pack: it uses the built-in cell {cell}, scaled to this "
+    "pack's capacity. Read the replay as what a pack of such cells would do, not as a diagnosis."
+)
+
+
+def summary(report: FlightReport) -> Section:
+    """Vehicle, date, pack and the flight that was chosen."""
+    return Section(
+        id="summary",
+        title="What was flown",
+        notices=_notices(report),
+        rows=(*_vehicle(report), *_pack(report), *_flight(report)),
+    )
+
+
+def _notices(report: FlightReport) -> tuple[Notice, ...]:
+    out = []
+    if not report.pack.calibrated:
+        text = NOT_CALIBRATED.format(cell=report.pack.cell)
+        out.append(Notice(text=text, severity=Severity.DOUBT, code="not_calibrated"))
+    if report.log.simulated:
+        text = "This is the log of a simulated flight: its current was computed, not measured."
+        out.append(Notice(text=text, severity=Severity.DOUBT, code="simulated"))
+    return tuple(out)
+
+
+def _vehicle(report: FlightReport) -> tuple[Row, ...]:
+    log = report.log
+    start = f"{log.start_utc:%Y-%m-%d %H:%M:%S} UTC" if log.start_utc else MISSING
+    return (
+        Row(label="Log", value=log.name, note=f"format {log.format}"),
+        Row(label="Vehicle", value=log.vehicle.value.replace("_", " "), note=log.vehicle_label),
+        Row(label="Autopilot", value=log.firmware or MISSING, note=log.hardware),
+        Row(label="Start of the log", value=start),
+    )
+
+
+def _pack(report: FlightReport) -> tuple[Row, ...]:
+    pack, recording = report.pack, report.recording
+    layout = f"{pack.series}S{pack.parallel}P"
+    others = ", ".join(recording.other_batteries)
+    return (
+        Row(label="Battery", value=recording.battery, note=f"not used: {others}" if others else ""),
+        Row(
+            label="Pack",
+            value=" ".join(filter(None, (pack.name, layout))),
+            note=pack.origins.get("series", ""),
+        ),
+        Row(
+            label="Capacity",
+            value=ampere_hours(pack.capacity_C, 2),
+            unit="Ah",
+            note=pack.origins.get("capacity_C", ""),
+        ),
+        *((Row(label="Serial number", value=pack.serial),) if pack.serial else ()),
+    )
+
+
+def _flight(report: FlightReport) -> tuple[Row, ...]:
+    recording, flight = report.recording, report.recording.flight
+    flown = (recording.time_s >= flight.start_s) & (recording.time_s <= flight.stop_s)
+    charge_C = sum(s.load.charge_C for s in report.segments)
+    voltage = recording.voltage_V[flown]
+    lowest = float(np.nanmin(voltage)) if np.isfinite(voltage).any() else None
+    peak = float(np.max(recording.current_A[flown])) if flown.any() else None
+    drawn = 100 * charge_C / report.pack.capacity_C
+    return (
+        Row(label="Flight", value=minutes(flight.duration_s), unit="min:s", note=_where(flight)),
+        Row(
+            label="Charge drawn in the segments",
+            value=ampere_hours(charge_C),
+            unit="Ah",
+            note=f"{fixed(drawn, 0)} % of the capacity; {recording.current_source} current",
+        ),
+        Row(label="Highest current", value=fixed(peak, 1), unit="A"),
+        Row(
+            label="Lowest voltage", value=fixed(lowest, 2), unit="V", note=_per_cell(report, lowest)
+        ),
+        *_temperature(report),
+        *_other_flights(report),
+    )
+
+
+def _where(flight: Interval) -> str:
+    return f"from {fixed(flight.start_s, 1)} s to {fixed(flight.stop_s, 1)} s of the log"
+
+
+def _per_cell(report: FlightReport, voltage_V: float | None) -> str:
+    return "" if voltage_V is None else f"{fixed(voltage_V / report.pack.series, 2)} V a cell"
+
+
+def _temperature(report: FlightReport) -> tuple[Row, ...]:
+    measured = report.recording.temperature_K
+    if measured is None or not np.isfinite(measured).any():
+        return (Row(label="Pack temperature", value="not measured"),)
+    low, high = celsius(float(np.nanmin(measured))), celsius(float(np.nanmax(measured)))
+    return (Row(label="Pack temperature", value=f"{low} to {high}", unit="°C", note="as logged"),)
+
+
+def _other_flights(report: FlightReport) -> tuple[Row, ...]:
+    others = report.recording.other_flights
+    if not others:
+        return ()
+    spans = ", ".join(f"{fixed(o.start_s, 0)}–{fixed(o.stop_s, 0)} s" for o in others)
+    return (Row(label="Other armed spans", value=spans, note="not analysed: shorter"),)

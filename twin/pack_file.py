@@ -1,0 +1,107 @@
+"""`pack.toml`: a pack as its owner describes it; a key that is not known is an error."""
+
+import tomllib
+from collections.abc import Iterator
+from difflib import get_close_matches
+from pathlib import Path
+from typing import Annotated, get_args
+
+from pydantic import BaseModel, ConfigDict, Field, ValidationError
+from pydantic_core import ErrorDetails
+
+ZERO_CELSIUS_K = 273.15
+Text = Annotated[str, Field(min_length=1)]
+Count = Annotated[int, Field(ge=1, le=1000, strict=True)]
+CapacityAh = Annotated[float, Field(gt=0.0, le=10_000.0)]
+Celsius = Annotated[float, Field(ge=-60.0, le=120.0)]  # wider than any pack survives
+
+
+class PackFileError(ValueError):
+    """The pack file cannot be used; the text names the file, the key and what was expected."""
+
+
+class _Table(BaseModel):
+    model_config = ConfigDict(extra="forbid", frozen=True)
+
+
+class PackTable(_Table):
+    """`[pack]`: what it is made of; `capacity_ah` is that of the whole pack."""
+
+    name: Text
+    cell: Text
+    capacity_ah: CapacityAh | None = None
+    series: Count
+    parallel: Count = 1
+    serial: str = ""
+
+
+class StartTable(_Table):
+    """`[start]`: its state when the recording begins; what is absent is taken from the log."""
+
+    soc: Annotated[float, Field(ge=0.0, le=1.0)] | None = None
+    temperature_c: Celsius | None = None
+
+
+class EnvironmentTable(_Table):
+    """`[environment]`: what it loses its heat to."""
+
+    ambient_c: Celsius | None = None
+    heat_transfer_W_m2_K: Annotated[float, Field(ge=0.0, le=1000.0)] | None = None
+
+
+class TwinTable(_Table):
+    """`[twin]`: which effects are switched on, by id."""
+
+    physics: tuple[Text, ...] | None = None
+
+
+class PackFile(_Table):
+    """A whole pack file."""
+
+    pack: PackTable
+    start: StartTable = StartTable()
+    environment: EnvironmentTable = EnvironmentTable()
+    twin: TwinTable = TwinTable()
+
+
+def parse_pack_file(text: str, *, name: str) -> PackFile:
+    """The pack that `text` describes; PackFileError, naming `name` and every bad key, if none."""
+    try:
+        document = tomllib.loads(text)
+    except tomllib.TOMLDecodeError as e:
+        raise PackFileError(f"{name}: no TOML: {e}") from e
+    try:
+        return PackFile.model_validate(document)
+    except ValidationError as e:
+        raise PackFileError(f"{name}: " + "; ".join(map(_in_words, e.errors()))) from e
+
+
+def cell_reference(pack: PackFile, folder: Path) -> str | Path:
+    """The cell's BPX file, if the pack names one (relative to `folder`), else a built-in's name."""
+    named = pack.pack.cell
+    return folder / named if is_path(named) else named
+
+
+def is_path(cell: str) -> bool:
+    """True for what names a file: it ends in .json or contains a folder."""
+    return cell.endswith(".json") or "/" in cell or "\\" in cell
+
+
+def _in_words(error: ErrorDetails) -> str:
+    where = tuple(str(part) for part in error["loc"])
+    key = ".".join(where)
+    if error["type"] == "missing":
+        return f"{key} is missing"
+    if error["type"] != "extra_forbidden":
+        return f"{key}: {error['msg']} (got {error['input']!r})" if key else error["msg"]
+    near = get_close_matches(key, list(_keys(PackFile)), n=1, cutoff=0.0)
+    return f"unknown key {key}: did you mean {near[0]}?"
+
+
+def _keys(model: type[BaseModel], above: str = "") -> Iterator[str]:
+    """Every key of the file with its table, `pack.name`, and the tables themselves."""
+    for name, field in model.model_fields.items():
+        yield above + name
+        for kind in (field.annotation, *get_args(field.annotation)):
+            if isinstance(kind, type) and issubclass(kind, BaseModel):
+                yield from _keys(kind, f"{name}.")
