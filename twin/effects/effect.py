@@ -1,0 +1,48 @@
+"""What every physical effect says of itself."""
+
+from dataclasses import dataclass
+from typing import Protocol
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Parameter:
+    """A number of an effect that may be set or fitted.
+
+    Attributes:
+        name: ends in its unit.
+        unit: for reports.
+        value: default.
+        lower: physical bound.
+        upper: physical bound.
+        prior_std: one standard deviation of what is known beforehand, same unit.
+    """
+
+    name: str
+    unit: str
+    value: float
+    lower: float
+    upper: float
+    prior_std: float
+
+
+class Effect(Protocol):
+    """A physical effect, switched on by its id in `pack.toml`.
+
+    Attributes:
+        id: stable name, e.g. `self_heating`.
+        parameters: its numbers.
+        equation: LaTeX.
+        source: reference.
+        signature: what it leaves in a recording, in words.
+    """
+
+    @property
+    def id(self) -> str: ...  # noqa: D102
+    @property
+    def parameters(self) -> tuple[Parameter, ...]: ...  # noqa: D102
+    @property
+    def equation(self) -> str: ...  # noqa: D102
+    @property
+    def source(self) -> str: ...  # noqa: D102
+    @property
+    def signature(self) -> str: ...  # noqa: D102

@@ -1,0 +1,67 @@
+"""`Pack`: equal cells in series and parallel, how they start, and which effects act in them."""
+
+from dataclasses import dataclass
+
+from twin.cell import Cell
+from twin.effects.self_heating import SelfHeating
+from twin.parameters import cell_parameters
+
+
+class PackError(ValueError):
+    """A pack that cannot be; the text says which number and what it may be."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Pack:
+    """Equal cells; PackError if a number is impossible.
+
+    Attributes:
+        cell: parameters of one cell.
+        series: cells in series.
+        parallel: strings in parallel.
+        capacity_C: of the pack; the cell's area, mass and cooling surface are scaled to it. None
+            takes the cell as it is.
+        initial_soc: state of charge at the start, 0..1 of the cell's stoichiometry window.
+        initial_K: temperature at the start.
+        effects: what acts beyond the isothermal P2D model.
+    """
+
+    cell: Cell
+    series: int = 1
+    parallel: int = 1
+    capacity_C: float | None = None
+    initial_soc: float = 1.0
+    initial_K: float = 298.15
+    effects: tuple[SelfHeating, ...] = ()
+
+    def __post_init__(self) -> None:
+        for name, low, high in (
+            ("series", 1, 1000),
+            ("parallel", 1, 10_000),
+            ("initial_soc", 0.0, 1.0),
+            ("initial_K", 200.0, 400.0),
+        ):
+            value = getattr(self, name)
+            if not low <= value <= high:
+                raise PackError(f"{name} = {value}: expected {low} to {high}")
+        if self.capacity_C is not None and not 0 < self.capacity_C < 1e9:
+            raise PackError(f"capacity_C = {self.capacity_C}: expected a positive number")
+
+    @property
+    def scale(self) -> float:
+        """Capacity of one cell of this pack over that of `cell`."""
+        if self.capacity_C is None:
+            return 1.0
+        return self.capacity_C / (self.parallel * self.cell.nominal_capacity_C)
+
+    def cell_parameters(self) -> dict[str, float]:
+        """The kernel's parameters for one cell of this pack.
+
+        More capacity is more coated area and more mass of the same make; the outer surface grows
+        with volume ** (2/3), as that of similar bodies.
+        """
+        values = cell_parameters(self.cell)
+        values["area_m2"] *= self.scale
+        values["heat_capacity_J_K"] *= self.scale
+        values["cooling_area_m2"] *= self.scale ** (2 / 3)
+        return values

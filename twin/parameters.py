@@ -1,0 +1,59 @@
+"""The numbers of a cell that the kernel takes as inputs, by name: whatever may be fitted or age."""
+
+from collections.abc import Mapping
+from dataclasses import fields
+
+import casadi as ca
+import numpy as np
+
+from twin.cell import Cell
+
+SCALARS_OF_CELL = (
+    "area_m2",
+    "reference_K",
+    "heat_capacity_J_K",
+    "cooling_area_m2",
+)
+
+
+def cell_parameters(cell: Cell) -> dict[str, float]:
+    """Name -> value, e.g. `negative.thickness_m`, in a fixed order.
+
+    Every number of `Cell` that enters the equations. Functions (potentials, conductivity,
+    diffusivity) are part of the kernel and have a factor here, 1 as given:
+    `negative.diffusivity_factor`, `electrolyte.conductivity_factor`, ...
+    """
+    out: dict[str, float] = {name: getattr(cell, name) for name in SCALARS_OF_CELL}
+    for part in ("negative", "separator", "positive", "electrolyte"):
+        owner = getattr(cell, part)
+        for f in fields(owner):
+            value = getattr(owner, f.name)
+            if not callable(value):
+                out[f"{part}.{f.name}"] = float(value)
+    for name in ("negative.diffusivity", "positive.diffusivity"):
+        out[f"{name}_factor"] = 1.0
+    for name in ("electrolyte.conductivity", "electrolyte.diffusivity"):
+        out[f"{name}_factor"] = 1.0
+    return out
+
+
+class Symbols(Mapping[str, ca.SX]):
+    """The same names as symbols; `vector` is the kernel's input."""
+
+    def __init__(self, names: tuple[str, ...]) -> None:
+        self.vector = ca.SX.sym("p", len(names))
+        self._index = {name: i for i, name in enumerate(names)}
+
+    def __getitem__(self, name: str) -> ca.SX:
+        return self.vector[self._index[name]]
+
+    def __iter__(self):  # type: ignore[no-untyped-def]
+        return iter(self._index)
+
+    def __len__(self) -> int:
+        return len(self._index)
+
+
+def vector(values: Mapping[str, float]) -> np.ndarray[tuple[int], np.dtype[np.float64]]:
+    """The kernel's parameter input (n,), in the order of `values`."""
+    return np.array(list(values.values()), dtype=float)

@@ -1,0 +1,266 @@
+"""Drive the kernel through a load: `simulate(pack, load)`.
+
+The load becomes pieces, each a length of time over which the current runs straight (length 0: it
+jumps). The kernel takes many pieces a call; this file looks at what came back, halves what did not
+converge, and locates where a limit was reached.
+"""
+
+from dataclasses import dataclass
+from functools import lru_cache
+
+import casadi as ca
+import numpy as np
+import numpy.typing as npt
+
+from twin.cell import Cell
+from twin.constants import FARADAY_C_mol
+from twin.kernel import Backend, kernel
+from twin.kinetics import SALT_FLOOR_mol_m3, SURFACE_MARGIN
+from twin.load import Between, Load
+from twin.mesh import Mesh, electrode_mesh
+from twin.pack import Pack
+from twin.parameters import vector
+from twin.solution import LithiumAudit, Solution, Status
+from twin.step import CONVERGED_V, OUTPUTS, StepModel
+
+FloatArray = npt.NDArray[np.float64]
+
+DEFAULT_MESH = electrode_mesh((0.0, 1.0), (5,))
+"""One element of order 5 an electrode: benchmarks/pybamm_replay.py shows its error."""
+MAX_STEP_S = 1.0  # longer samples are cut: salt diffusion is first order in time
+CHUNK = 512  # pieces a call: bounds memory and what is computed past a stop in vain
+CUT_OFF_TOLERANCE_V = 1e-4  # a full cell at rest is at its cut-off to rounding, not beyond it
+LOCATE_HALVINGS = 20  # of a piece: 1 s / 2**20 is a microsecond
+COLUMN = {name: i for i, name in enumerate(OUTPUTS)}
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Pieces:
+    """A load of one cell, cut for the kernel.
+
+    Attributes:
+        start_A: (m,) current at the start of each piece.
+        stop_A: (m,) at its end.
+        length_s: (m,) 0 where the current jumps.
+        sample: (m,) the load's sample at whose time the piece ends, or that it leads to.
+    """
+
+    start_A: FloatArray
+    stop_A: FloatArray
+    length_s: FloatArray
+    sample: npt.NDArray[np.int64]
+
+
+def cut_into_pieces(load: Load, divisor: float) -> Pieces:
+    """`load` as pieces no longer than MAX_STEP_S, currents divided by `divisor`."""
+    current = load.current_A / divisor
+    dt = np.diff(load.time_s)
+    parts = np.maximum(np.ceil(dt / MAX_STEP_S - 1e-9), 1).astype(int)
+    hold = load.between is Between.HOLD
+    ends = current[:-1] if hold else current[1:]
+    sample = np.repeat(np.arange(1, current.size), parts)
+    first = np.repeat(np.cumsum(parts) - parts, parts)
+    nth = np.arange(sample.size) - first
+    before, after = np.repeat(current[:-1], parts), np.repeat(ends, parts)
+    share = np.repeat(1.0 / parts, parts)
+    start = before + (after - before) * (nth * share)
+    stop = before + (after - before) * ((nth + 1) * share)
+    length = np.repeat(dt / parts, parts)
+    jump_at = np.flatnonzero(np.diff(current)) + 1 if hold else np.array([], dtype=int)
+    where = np.searchsorted(sample, jump_at, side="right")
+    start = np.insert(start, where, current[jump_at - 1])
+    stop = np.insert(stop, where, current[jump_at])
+    length = np.insert(length, where, 0.0)
+    sample = np.insert(sample, where, jump_at)
+    return Pieces(
+        np.concatenate([[0.0], start]),
+        np.concatenate([[current[0]], stop]),
+        np.concatenate([[0.0], length]),
+        np.concatenate([[0], sample]),
+    )
+
+
+@lru_cache(maxsize=16)
+def _built(cell: Cell, mesh: Mesh, backend: Backend) -> tuple[StepModel, ca.Function, ca.Function]:
+    """Model, kernel of one piece, kernel of CHUNK pieces."""
+    model = StepModel(cell, mesh)
+    step = kernel(model.step(), backend)
+    return model, step, step.mapaccum(CHUNK)
+
+
+@dataclass(frozen=True, slots=True)
+class Limits:
+    """What a step may not go beyond."""
+
+    lower_V: float
+    upper_V: float
+
+    def beyond(self, out: FloatArray, current_A: FloatArray) -> npt.NDArray[np.bool_]:
+        """(limits, m) in the order of `REACHED`, for outputs (OUTPUTS, m) at currents (m,)."""
+        voltage = out[COLUMN["voltage_V"]]
+        return np.array(
+            [
+                out[COLUMN["salt_min_mol_m3"]] <= SALT_FLOOR_mol_m3,
+                out[COLUMN["surface_margin"]] <= SURFACE_MARGIN,
+                (voltage < self.lower_V - CUT_OFF_TOLERANCE_V) & (current_A > 0),
+                (voltage > self.upper_V + CUT_OFF_TOLERANCE_V) & (current_A < 0),
+            ]
+        )
+
+    def accepts(self, out: FloatArray, current_A: FloatArray) -> npt.NDArray[np.bool_]:
+        """(m,) solved and within all limits."""
+        solved = np.isfinite(out).all(axis=0) & (out[COLUMN["correction_V"]] <= CONVERGED_V)
+        return np.asarray(solved & ~self.beyond(out, current_A).any(axis=0))
+
+    def reached(self, trial: FloatArray, last: FloatArray, current_A: float) -> Status:
+        """Why `trial` was not accepted, a moment after `last` was."""
+        for status, hit in zip(
+            REACHED, self.beyond(trial[:, None], np.array([current_A]))[:, 0], strict=True
+        ):
+            if hit:
+                return status
+        if last[COLUMN["salt_min_mol_m3"]] < NEARLY_DEPLETED * SALT_FLOOR_mol_m3:
+            return Status.ELECTROLYTE_DEPLETED
+        if last[COLUMN["surface_margin"]] < NEARLY_EMPTY * SURFACE_MARGIN:
+            return Status.ELECTRODE_EMPTY
+        return Status.NOT_CONVERGED
+
+
+REACHED = (
+    Status.ELECTROLYTE_DEPLETED,
+    Status.ELECTRODE_EMPTY,
+    Status.LOWER_CUT_OFF,
+    Status.UPPER_CUT_OFF,
+)
+NEARLY_DEPLETED = 50.0  # times the floor: Newton may fail a little before the floor is met
+NEARLY_EMPTY = 1e4  # likewise: a stoichiometry within 1 % of its end
+
+
+class _Run:
+    """One simulation while it goes on; `rows` collects the outputs of accepted pieces."""
+
+    def __init__(self, pack: Pack, load: Load, mesh: Mesh, backend: Backend) -> None:
+        self.model, self._one, self._many = _built(pack.cell, mesh, backend)
+        self.values = pack.cell_parameters()
+        self._p = vector(self.values)
+        self.initial = self.model.initial_state(pack.initial_soc, pack.initial_K, self.values)
+        self.state = self.initial
+        self.pieces = cut_into_pieces(load, pack.parallel)
+        self._limits = Limits(pack.cell.lower_cut_off_V, pack.cell.upper_cut_off_V)
+        heating = next((e for e in pack.effects if e.id == "self_heating"), None)
+        transfer = heating.heat_transfer_W_m2_K if heating else 0.0
+        self._tail = np.array([load.ambient_K, transfer, float(heating is not None)])
+        self.rows: list[FloatArray] = []
+        self.charge_C = self.elapsed_s = 0.0
+        self.retried = 0
+        self.status = Status.DONE
+
+    def run(self) -> None:
+        """All pieces, or up to where it ends."""
+        at, total = 0, self.pieces.length_s.size
+        while at < total and self.status is Status.DONE:
+            accepted = self._chunk(at)
+            at += accepted
+            if accepted < CHUNK and at < total and self._difficult(at):
+                at += 1
+
+    def _chunk(self, at: int) -> int:
+        """Up to CHUNK pieces from `at` in one call; how many of them were accepted."""
+        span = slice(at, at + CHUNK)
+        length_s, current_A = self.pieces.length_s[span], self.pieces.stop_A[span]
+        size = length_s.size
+        drive = np.empty((5, CHUNK))
+        drive[0], drive[1], drive[2:] = 0.0, current_A[-1], self._tail[:, None]
+        drive[0, :size], drive[1, :size] = length_s, current_A
+        states, out = self._many(self.state, drive, np.tile(self._p[:, None], CHUNK))
+        rows = out.full()[:, :size]
+        good = self._limits.accepts(rows, current_A)
+        accepted = size if good.all() else int(np.argmin(good))
+        if accepted:
+            self.state = states[:, accepted - 1].full().ravel()
+            self.rows.append(rows[:, :accepted])
+            done = slice(at, at + accepted)
+            self._count(self.pieces.length_s[done], self.pieces.start_A[done], current_A[:accepted])
+        return accepted
+
+    def _difficult(self, at: int) -> bool:
+        """The piece at `at` in ever smaller parts; False with the status set if that fails too."""
+        share, size = 0.0, 1.0
+        length_s = float(self.pieces.length_s[at])
+        last = self.rows[-1][:, -1] if self.rows else np.full(len(OUTPUTS), np.inf)
+        while share < 1.0:
+            goal = min(share + size, 1.0)
+            current_A = self._current_A(at, goal)
+            drive = np.array([(goal - share) * length_s, current_A, *self._tail])
+            following, out = self._one(self.state, drive, self._p)
+            trial = out.full().ravel()
+            self.retried += 1
+            if self._limits.accepts(trial[:, None], np.array([current_A]))[0]:
+                done = np.array([drive[0]]), np.array([self._current_A(at, share)])
+                self._count(*done, np.array([current_A]))
+                self.state, share, last = following.full().ravel(), goal, trial
+                size *= 2
+            elif size > 0.5**LOCATE_HALVINGS:
+                size /= 2
+            else:
+                self.status = self._limits.reached(trial, last, current_A)
+                return False
+        self.rows.append(last[:, None])
+        return True
+
+    def _current_A(self, at: int, share: float) -> float:
+        start, stop = float(self.pieces.start_A[at]), float(self.pieces.stop_A[at])
+        return start + share * (stop - start)
+
+    def _count(self, length_s: FloatArray, start_A: FloatArray, stop_A: FloatArray) -> None:
+        self.charge_C += float(np.dot(length_s, start_A + stop_A) / 2)
+        self.elapsed_s += float(length_s.sum())
+
+
+def simulate(
+    pack: Pack, load: Load, *, mesh: Mesh = DEFAULT_MESH, backend: Backend = Backend.AUTO
+) -> Solution:
+    """The response of `pack` to `load` (pack current, discharge positive).
+
+    Never raises for what the load asks: a limit that is reached ends the solution with a status
+    and everything up to there.
+    """
+    run = _Run(pack, load, mesh, backend)
+    run.run()
+    out = np.hstack(run.rows) if run.rows else np.zeros((len(OUTPUTS), 0))
+    sample = run.pieces.sample[: out.shape[1]]
+    whole = (
+        sample < run.pieces.sample[out.shape[1]]
+        if out.shape[1] < run.pieces.sample.size
+        else sample >= 0
+    )
+    ends = np.flatnonzero(np.diff(sample[whole], append=-1))
+    out, n = out[:, ends], ends.size
+    low, high = (run.values[f"negative.stoichiometry_{end}"] for end in ("min", "max"))
+    return Solution(
+        time_s=load.time_s[:n],
+        current_A=load.current_A[:n],
+        voltage_V=out[COLUMN["voltage_V"]] * pack.series,
+        temperature_K=out[COLUMN["temperature_K"]],
+        soc=(out[COLUMN["negative_mean"]] - low) / (high - low),
+        heat_W=out[COLUMN["heat_W"]] * pack.series * pack.parallel,
+        audit=_audit(run),
+        status=run.status,
+        stopped_s=float(load.time_s[0]) + run.elapsed_s,
+        steps=sum(r.shape[1] for r in run.rows) + run.retried,
+        retried_steps=run.retried,
+    )
+
+
+def _audit(run: _Run) -> LithiumAudit:
+    """Lithium of one cell at the start and where the run ended, from the states themselves."""
+    content = np.array([run.model.lithium_mol(s, run.values) for s in (run.initial, run.state)]).T
+    total = content.sum(axis=0)
+    released_C = FARADAY_C_mol * float(content[0, 0] - content[0, 1])
+    return LithiumAudit(
+        negative_mol=content[0],
+        positive_mol=content[1],
+        electrolyte_mol=content[2],
+        relative_error=float((total[1] - total[0]) / total[0]),
+        charge_error_C=run.charge_C - released_C,
+    )
