@@ -4,13 +4,16 @@ import json
 import warnings
 from typing import Any
 
-import bpx
 import casadi as ca
 import pydantic
-from bpx import schema
 
 from twin.bpx_function import Constant, Expression, ExpressionError, Table
 from twin.cell import Cell, Electrode, Electrolyte, Function, Hysteresis, Separator
+
+with warnings.catch_warnings():
+    warnings.simplefilter("ignore", DeprecationWarning)  # bpx calls pyparsing by its old names
+    import bpx
+    from bpx import schema
 
 DEFAULT_REFERENCE_K = 298.15
 DEFAULT_SALT_mol_m3 = 1000.0  # what a file without a State section means to PyBaMM too
@@ -117,7 +120,8 @@ def _validated(document: dict[str, Any], name: str) -> bpx.BPX:
     except (pydantic.ValidationError, ValueError, TypeError) as e:
         raise CellError(f"{name}: {_first_errors(e)}") from e
     for warning in caught:
-        _warn(f"{name}: {str(warning.message).split('. ')[0]}")
+        if issubclass(warning.category, UserWarning):
+            _warn(f"{name}: {str(warning.message).split('. ')[0]}")
     for side, potential in zip(("negative", "positive"), potentials, strict=True):
         if isinstance(potential, str):
             electrode = getattr(file.parameterisation, f"{side}_electrode")
