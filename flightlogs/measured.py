@@ -1,0 +1,121 @@
+"""What a battery channel really measured: sentinels and dead sensors become NaN or None."""
+
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from flightlogs.errors import LogWarning
+from flightlogs.log import BatteryLog, FloatArray
+from flightlogs.stamps import increasing
+
+CELSIUS_K = 273.15
+MAH_C = 3.6
+DEAD_VOLTAGE_V = 1.0  # no pack that flies is below: the sensor is not wired
+STILL_VOLTAGE = 0.03  # share of its median within which an unloaded or unwired voltage stays
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class RawBattery:
+    """One battery in SI, its unmeasured samples NaN, nothing judged yet.
+
+    Attributes:
+        label: how the log calls it.
+        source: topic and field of the current.
+        time_s: (n,) in file order, NaN where the stamp was stray.
+        current_A: (n,) discharge positive.
+        voltage_V: (n,).
+        charge_C: (n,) the log's own counter, or None.
+        temperature_K: (n,), or None.
+        cell_voltage_V: (n, cells), or None.
+        series: cells in series if the log says so.
+        capacity_C: from the parameters.
+        serial: serial number or "".
+    """
+
+    label: str
+    source: str
+    time_s: FloatArray
+    current_A: FloatArray
+    voltage_V: FloatArray
+    charge_C: FloatArray | None = None
+    temperature_K: FloatArray | None = None
+    cell_voltage_V: FloatArray | None = None
+    series: int | None = None
+    capacity_C: float | None = None
+    serial: str = ""
+
+
+@dataclass(slots=True)
+class _Judge:
+    label: str
+    warnings: list[LogWarning] = field(default_factory=list)
+
+    def warn(self, code: str, message: str) -> None:
+        self.warnings.append(LogWarning(code, message, self.label))
+
+    def current(self, current_A: FloatArray) -> FloatArray | None:
+        known = current_A[np.isfinite(current_A)]
+        if known.size and known.max() > 0:
+            return current_A
+        said = (
+            f"{known.min():g} to {known.max():g} A throughout" if known.size else "always unknown"
+        )
+        self.warn("current_not_measured", f"the current is {said}: taken as not measured")
+        return None
+
+    def voltage(self, voltage_V: FloatArray, *, loaded: bool) -> FloatArray | None:
+        voltage_V = np.where(voltage_V > 0, voltage_V, np.nan)
+        known = voltage_V[np.isfinite(voltage_V)]
+        if not known.size or known.max() < DEAD_VOLTAGE_V:
+            top = f"never above {known.max():g} V" if known.size else "always zero or unknown"
+            self.warn("voltage_not_measured", f"the voltage is {top}: taken as not measured")
+            return None
+        low, middle, high = np.percentile(known, [1, 50, 99])
+        if not loaded and high - low < STILL_VOLTAGE * middle:
+            said = f"{low:.2f} to {high:.2f} V without a current to explain it"
+            self.warn("voltage_doubtful", f"the voltage hardly moves ({said}): sensor pins wrong?")
+        return voltage_V
+
+    def temperature(self, temperature_K: FloatArray | None) -> FloatArray | None:
+        """None where nothing but 0 degC was ever logged, which means that nothing measured it."""
+        if temperature_K is None:
+            return None
+        known = temperature_K[np.isfinite(temperature_K)]
+        return temperature_K if np.any(known != CELSIUS_K) else None
+
+    def charge(self, charge_C: FloatArray | None) -> FloatArray | None:
+        """None for a counter that never moves."""
+        if charge_C is None:
+            return None
+        known = charge_C[np.isfinite(charge_C)]
+        return charge_C if known.size and np.ptp(known) > 0 else None
+
+
+def battery_log(raw: RawBattery, instance: int) -> tuple[BatteryLog, tuple[LogWarning, ...]]:
+    """The battery with unmeasured channels None, its times strictly increasing, and the warnings."""
+    judge = _Judge(raw.label)
+    kept = increasing(raw.time_s)
+    if dropped := int(kept.size - kept.sum()):
+        judge.warn(
+            "samples_out_of_order", f"{dropped} samples left out: their time did not advance"
+        )
+
+    def rows(values: FloatArray | None) -> FloatArray | None:
+        return None if values is None else values[kept]
+
+    current_A = judge.current(raw.current_A[kept])
+    battery = BatteryLog(
+        instance=instance,
+        label=raw.label,
+        time_s=raw.time_s[kept],
+        current_A=current_A,
+        voltage_V=judge.voltage(raw.voltage_V[kept], loaded=current_A is not None),
+        temperature_K=judge.temperature(rows(raw.temperature_K)),
+        cell_voltage_V=rows(raw.cell_voltage_V),
+        charge_C=judge.charge(rows(raw.charge_C)),
+        series=raw.series,
+        capacity_C=raw.capacity_C,
+        serial=raw.serial,
+        current_source=raw.source,
+    )
+    return battery, tuple(judge.warnings)
