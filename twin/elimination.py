@@ -6,38 +6,34 @@ pivots are). The result is straight-line code without index arithmetic.
 
 import casadi as ca
 
+Row = dict[int, ca.SX]
+
 
 def solve(matrix: ca.SX, rhs: ca.SX) -> ca.SX:
-    """x (n,) with matrix (n, n) @ x = rhs (n,), touching structural non-zeros only."""
-    n = matrix.shape[0]
-    rows: list[dict[int, ca.SX]] = [{} for _ in range(n)]
+    """Solution x (n,) of matrix (n, n) @ x = rhs (n,), touching structural non-zeros only."""
+    rows: list[Row] = [{} for _ in range(matrix.shape[0])]
     for i, k in zip(*matrix.sparsity().get_triplet(), strict=True):
         rows[i][k] = matrix[i, k]
-    b = [rhs[i] for i in range(n)]
-    below: list[list[int]] = [[] for _ in range(n)]
-    for i, row in enumerate(rows):
-        for k in row:
-            if k < i:
-                below[k].append(i)
-    for k in range(n):
-        inverse = 1 / rows[k][k]
-        upper = [(c, v) for c, v in rows[k].items() if c > k]
-        for i in sorted(set(below[k])):
-            factor = rows[i].pop(k) * inverse
-            b[i] -= factor * b[k]
-            for c, v in upper:
-                if c in rows[i]:
-                    rows[i][c] -= factor * v
-                else:
-                    rows[i][c] = -factor * v
-                    if c < i:
-                        below[c].append(i)
-        rows[k][k] = inverse
-    x: list[ca.SX] = [ca.SX(0)] * n
-    for k in reversed(range(n)):
-        total = b[k]
-        for c, v in rows[k].items():
-            if c > k:
-                total -= v * x[c]
-        x[k] = total * rows[k][k]
+    b = [rhs[i] for i in range(len(rows))]
+    for k in range(len(rows)):
+        _eliminate(rows, b, k)
+    x: list[ca.SX] = [ca.SX(0)] * len(rows)
+    for k in reversed(range(len(rows))):
+        for column, value in rows[k].items():
+            if column > k:
+                b[k] -= value * x[column]
+        x[k] = b[k] / rows[k][k]
     return ca.vertcat(*x)
+
+
+def _eliminate(rows: list[Row], b: list[ca.SX], k: int) -> None:
+    """Take unknown k out of all rows below row k."""
+    right = [(column, value) for column, value in rows[k].items() if column > k]
+    inverse = 1 / rows[k][k]
+    for i in range(k + 1, len(rows)):
+        if k not in rows[i]:
+            continue
+        factor = rows[i].pop(k) * inverse
+        b[i] -= factor * b[k]
+        for column, value in right:
+            rows[i][column] = rows[i].get(column, 0) - factor * value

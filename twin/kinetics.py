@@ -2,7 +2,6 @@
 
 import casadi as ca
 
-from twin.cell import Electrode
 from twin.constants import FARADAY_C_mol, GAS_J_mol_K
 
 SURFACE_MARGIN = 1e-6  # stoichiometry kept from 0 and 1 in sqrt(x (1 - x)); the step reports it
@@ -34,11 +33,3 @@ def overpotential_V(current_A_m2: ca.SX, exchange_A_m2: ca.SX, temperature_K: ca
     """Butler-Volmer with transfer coefficients 1/2, solved for eta; asinh keeps Newton calm."""
     thermal_V = 2 * GAS_J_mol_K * temperature_K / FARADAY_C_mol
     return thermal_V * ca.asinh(current_A_m2 / (2 * exchange_A_m2))
-
-
-def open_circuit_V(
-    electrode: Electrode, surface: ca.SX, temperature_K: ca.SX, reference_K: ca.SX
-) -> ca.SX:
-    """U(x) + (T - T_ref) dU/dT(x), (n,)."""
-    warmer_K = temperature_K - reference_K
-    return electrode.ocp_V(surface) + warmer_K * electrode.entropic_V_K(surface)

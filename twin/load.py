@@ -51,7 +51,7 @@ class Load:
                 raise LoadError(f"{name}[{bad[0]}] is not finite ({bad.size} such samples)")
         if (stuck := np.flatnonzero(np.diff(self.time_s) <= 0)).size:
             raise LoadError(
-                f"time_s[{stuck[0] + 1}] does not exceed time_s[{stuck[0]}] ({stuck.size} such steps)"
+                f"time_s[{stuck[0] + 1}] does not exceed the one before ({stuck.size} such steps)"
             )
 
     def charge_C(self) -> float:

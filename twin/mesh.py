@@ -21,8 +21,8 @@ def lobatto(order: int) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Nodes (p + 1,), weights (p + 1,) summing to 1 and derivative matrix on [0, 1]; order p."""
     coefficients = np.zeros(order + 1)
     coefficients[-1] = 1.0
-    inner = np.sort(legendre.legroots(legendre.legder(coefficients)).real) if order > 1 else []
-    x = np.concatenate([[-1.0], inner, [1.0]])
+    inner = legendre.legroots(legendre.legder(coefficients)).real
+    x = np.concatenate([[-1.0], np.sort(inner), [1.0]])
     value = legendre.legval(x, coefficients)
     weight = 2.0 / (order * (order + 1) * value**2)
     gap = x[:, None] - x[None, :] + np.eye(order + 1)
@@ -83,8 +83,8 @@ class Layer:
 
 
 SPHERE = Layer((0.0, 0.85, 0.98, 1.0), (4, 4, 4))
-"""Surface response to a step of flux right to 0.5 % from t = 1e-5 R**2 / D on and to 0.05 % from
-1e-3 on (tests/twin/test_particle.py): 0.1 s is 1.5e-5 for the slowest particle here (LG M50, NMC)."""
+"""Surface response to a step of flux right to 0.8 % from t = 1e-5 R**2 / D on and to 0.05 % from
+1e-3 on (tests/twin/test_particle.py); 0.1 s is 1.5e-5 for the slowest particle here (LG M50)."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -2,8 +2,8 @@
 
 The radial profile is a piecewise polynomial, finer towards the surface; the Galerkin form of the
 diffusion equation in that space is diagonal in its eigenvectors, so each mode decays on its own and
-a flux that runs straight over a step is integrated exactly. No radial unknown is left in Newton's system: the
-surface stoichiometry after a step is `known - gain * flux`.
+a flux that runs straight over a step is integrated exactly. No radial unknown is left in Newton's
+system: the surface stoichiometry after a step is `known - gain * flux`.
 
 Sources: diffusion in the solid phase, Doyle, Fuller, Newman, J. Electrochem. Soc. 140, 1526 (1993),
 doi:10.1149/1.2221597; exponential integration, Hochbruck, Ostermann, Acta Numerica 19, 209 (2010),
@@ -67,7 +67,7 @@ def phi_functions(z: ca.SX) -> tuple[ca.SX, ca.SX, ca.SX]:
 
 def advance(
     modes: ca.SX, flux: ca.SX, fourier: ca.SX, step_s: ca.SX, radial: Layer
-) -> tuple[ca.SX, ca.SX, ca.SX]:
+) -> tuple[ca.SX, ca.SX]:
     """One step of all modes under a flux that runs straight from `flux` to an unknown end value.
 
     Args:
@@ -78,8 +78,8 @@ def advance(
         radial: the mesh of the sphere.
 
     Returns:
-        (nodes, count) modes after the step for an end flux of 0; (1 or nodes, count) what each mode
-        loses per end flux; (1 or nodes,) the sum of that: surface = known - gain * end flux.
+        (nodes, count) modes after the step for an end flux of 0, and (1 or nodes, count) what each
+        mode loses per end flux.
     """
     nodes, count = modes.shape
     rate, weight = sphere_modes(radial)
@@ -90,4 +90,4 @@ def advance(
     if fourier.shape[0] == 1:
         decay, start = ca.repmat(decay, nodes, 1), ca.repmat(start, nodes, 1)
     known = decay * modes - start * ca.repmat(flux, 1, count)
-    return known, gain, ca.sum2(gain)
+    return known, gain

@@ -15,7 +15,7 @@ import numpy.typing as npt
 from twin.cell import Cell
 from twin.constants import FARADAY_C_mol
 from twin.kernel import Backend, kernel
-from twin.kinetics import SALT_FLOOR_mol_m3, SURFACE_MARGIN
+from twin.kinetics import SURFACE_MARGIN, SALT_FLOOR_mol_m3
 from twin.load import Between, Load
 from twin.mesh import Mesh, electrode_mesh
 from twin.pack import Pack

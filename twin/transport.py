@@ -10,7 +10,7 @@ from twin.mesh import Layer
 
 
 def weak_divergence(layer: Layer, nodal: ca.SX, factor: ca.SX, thickness_m: ca.SX) -> ca.SX:
-    """Integral of (factor * d nodal / dx) * d test / dx over the layer, for each node's test function.
+    """Integral of factor * d nodal / dx * d test / dx over the layer, per test function.
 
     Args:
         layer: the mesh of the layer, unit length.

@@ -65,11 +65,9 @@ def _mean_product(a: Ends, b: Ends) -> ca.SX:
     return (a[0] * b[0] + a[1] * b[1]) / 3 + (a[0] * b[1] + a[1] * b[0]) / 6
 
 
-def temperature_after(
-    temperature_K: ca.SX, mean_heat_W: ca.SX, cooling_W_K: ca.SX, capacity_J_K: ca.SX,
-    ambient_K: ca.SX, step_s: ca.SX,
-) -> ca.SX:  # fmt: skip
-    """Temperature one step later: trapezoidal, second order, stable for any step."""
+def rise_K(
+    above_ambient_K: ca.SX, heat_W: ca.SX, cooling_W_K: ca.SX, capacity_J_K: ca.SX, step_s: ca.SX
+) -> ca.SX:
+    """Change of temperature over a step: trapezoidal, second order, stable for any step."""
     half = step_s * cooling_W_K / (2 * capacity_J_K)
-    gained = step_s * mean_heat_W / capacity_J_K + 2 * half * (ambient_K - temperature_K)
-    return temperature_K + gained / (1 + half)
+    return (step_s * heat_W / capacity_J_K - 2 * half * above_ambient_K) / (1 + half)

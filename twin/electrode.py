@@ -1,0 +1,104 @@
+"""One electrode over one step: its particles, their surface potential, charge in the solid."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import casadi as ca
+
+from twin import kinetics, particle
+from twin.cell import Electrode
+from twin.constants import FARADAY_C_mol
+from twin.mesh import Layer
+from twin.transport import weak_divergence
+
+
+@dataclass(frozen=True, slots=True)
+class ElectrodeSymbols:
+    """An electrode with its symbols for the step.
+
+    Attributes:
+        name: `negative` or `positive`: the prefix of its parameters.
+        electrode: its functions.
+        layer: nodes across the coating.
+        sphere: nodes along the radius of a particle.
+        collector: node at the current collector, 0 or -1.
+        p: parameters by name.
+    """
+
+    name: str
+    electrode: Electrode
+    layer: Layer
+    sphere: Layer
+    collector: int
+    p: Mapping[str, ca.SX]
+
+    def __call__(self, name: str) -> ca.SX:
+        """Its own parameter `name`."""
+        return self.p[f"{self.name}.{name}"]
+
+    def area_per_node(self) -> ca.SX:
+        """(n,) active surface per coated area that belongs to each node."""
+        return ca.DM(self.layer.weight) * (self("specific_area_m2_m3") * self("thickness_m"))
+
+    @property
+    def uniform_diffusivity(self) -> bool:
+        """The diffusivity does not depend on stoichiometry: all particles share their gains."""
+        x = ca.SX.sym("x")
+        return not ca.depends_on(ca.SX(self.electrode.diffusivity_m2_s(x)), x)
+
+    def diffuse(
+        self, modes: ca.SX, reaction: ca.SX, temperature_K: ca.SX, step_s: ca.SX
+    ) -> tuple[ca.SX, ca.SX]:
+        """`particle.advance` with the reaction current [A/m2] as the flux.
+
+        A diffusivity that depends on stoichiometry is taken half way between surface and mean at
+        the start of the step: exact where it is constant, second order in the profile's depth.
+        """
+        middle = (modes[:, 0] + ca.sum2(modes)) / 2
+        diffusivity = self.electrode.diffusivity_m2_s(middle)
+        if self.uniform_diffusivity:
+            diffusivity = ca.SX(diffusivity)[0]
+        warm = kinetics.arrhenius(
+            self("diffusivity_activation_J_mol"), temperature_K, self.p["reference_K"]
+        )
+        fourier = (diffusivity * (self("diffusivity_factor") * warm * step_s)) / self(
+            "particle_radius_m"
+        ) ** 2
+        holds = FARADAY_C_mol * self("max_concentration_mol_m3") * self("particle_radius_m")
+        known, loss = particle.advance(modes, reaction / holds, fourier, step_s, self.sphere)
+        return known, loss / holds
+
+    def open_circuit_V(self, surface: ca.SX, temperature_K: ca.SX) -> ca.SX:
+        """U(x) + (T - T_ref) dU/dT(x), (n,)."""
+        warmer_K = temperature_K - self.p["reference_K"]
+        return self.electrode.ocp_V(surface) + warmer_K * self.electrode.entropic_V_K(surface)
+
+    def enthalpy_V(self, surface: ca.SX, temperature_K: ca.SX) -> ca.SX:
+        """U - T dU/dT, (n,): the reaction's heat per charge."""
+        entropic = self.electrode.entropic_V_K(surface)
+        return self.open_circuit_V(surface, temperature_K) - temperature_K * entropic
+
+    def potential_V(
+        self, surface: ca.SX, reaction: ca.SX, salt: ca.SX, temperature_K: ca.SX
+    ) -> ca.SX:
+        """phi_s - phi_e (n,) at a reaction current [A/m2], oxidation positive."""
+        rate = self("rate_constant_mol_m2_s") * kinetics.arrhenius(
+            self("rate_activation_J_mol"), temperature_K, self.p["reference_K"]
+        )
+        salt_initial = self.p["electrolyte.initial_concentration_mol_m3"]
+        exchange = kinetics.exchange_current_A_m2(rate, salt, salt_initial, surface)
+        eta = kinetics.overpotential_V(reaction, exchange, temperature_K)
+        return self.open_circuit_V(surface, temperature_K) + eta
+
+    def solid_charge(self, phi_s: ca.SX, reaction: ca.SX, current_A: ca.SX) -> ca.SX:
+        """Residual (n,) of charge in the solid, Ohm's law [A/m2 of coated area]."""
+        conductivity = ca.repmat(self("conductivity_S_m"), self.layer.size, 1)
+        row = weak_divergence(self.layer, phi_s, conductivity, self("thickness_m"))
+        row += self.area_per_node() * reaction
+        row[self.collector] -= self.outward * current_A / self.p["area_m2"]
+        return row
+
+    @property
+    def outward(self) -> float:
+        """1 where a discharge oxidises (negative electrode), -1 where it reduces."""
+        return 1.0 if self.collector == 0 else -1.0

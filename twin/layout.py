@@ -1,0 +1,95 @@
+"""Where the quantities lie in the state, and in which order the unknowns are eliminated."""
+
+from dataclasses import dataclass
+
+import casadi as ca
+import numpy as np
+
+from twin.mesh import Layer, Mesh
+
+
+@dataclass(frozen=True, slots=True)
+class Layout:
+    """Where the quantities lie in the state and in Newton's vector.
+
+    State: modes of the negative and positive particles (nodes x modes), salt (nodes left to right),
+    electrolyte potential, reaction current negative, positive, enthalpy potential of both, voltage,
+    temperature.
+    """
+
+    mesh: Mesh
+
+    @property
+    def electrodes(self) -> tuple[int, int]:
+        """Nodes in the negative and positive electrode."""
+        return self.mesh.negative.size, self.mesh.positive.size
+
+    @property
+    def nodes(self) -> int:
+        """Nodes of the electrolyte; a node between two layers counts once."""
+        return self.mesh.negative.size + self.mesh.separator.size + self.mesh.positive.size - 2
+
+    @property
+    def size(self) -> int:
+        """Length of the state."""
+        return sum(self.sizes().values())
+
+    def layer(self, name: str) -> Layer:
+        """The mesh of `negative`, `separator` or `positive`."""
+        return {
+            "negative": self.mesh.negative,
+            "separator": self.mesh.separator,
+            "positive": self.mesh.positive,
+        }[name]
+
+    def layers(self) -> dict[str, slice]:
+        """Name -> nodes of the electrolyte in it; a node between two layers is in both."""
+        n, p = self.electrodes
+        return {
+            "negative": slice(0, n),
+            "separator": slice(n - 1, self.nodes - p + 1),
+            "positive": slice(self.nodes - p, self.nodes),
+        }
+
+    def sizes(self) -> dict[str, int]:
+        """Name -> length in the state, in order."""
+        n, p = self.electrodes
+        m = self.mesh.sphere.size
+        return {
+            "modes_n": n * m, "modes_p": p * m, "salt": self.nodes, "phi": self.nodes,
+            "reaction_n": n, "reaction_p": p, "enthalpy_V": n + p, "voltage_V": 1,
+            "temperature_K": 1,
+        }  # fmt: skip
+
+    def split(self, state: ca.SX) -> dict[str, ca.SX]:
+        """The parts of a state vector by name; modes as (nodes, modes)."""
+        ends = np.cumsum([0, *self.sizes().values()])
+        parts = dict(zip(self.sizes(), ca.vertsplit(state, ends.tolist()), strict=True))
+        for key, nodes in zip(("modes_n", "modes_p"), self.electrodes, strict=True):
+            parts[key] = ca.reshape(parts[key], nodes, self.mesh.sphere.size)
+        return parts
+
+    def slice_of(self, name: str) -> slice:
+        """Where `name` lies in the state."""
+        sizes = self.sizes()
+        start = sum(list(sizes.values())[: list(sizes).index(name)])
+        return slice(start, start + sizes[name])
+
+    def elimination_order(self) -> list[int]:
+        """Positions in [salt, phi, reaction_n, reaction_p] in the order they are eliminated."""
+        n, p = self.electrodes
+        total = self.nodes
+        salt, phi, i_n, i_p = 0, total, 2 * total, 2 * total + n
+        left = [k for x in range(n) for k in (salt + x, i_n + x, phi + x)]
+        right = [
+            k
+            for x in reversed(range(p))
+            for k in (salt + total - p + x, i_p + x, phi + total - p + x)
+        ]
+        inner = range(n, total - p)
+        return left + right + [k for x in inner for k in (salt + x, phi + x)]
+
+    @property
+    def grounded(self) -> int:
+        """Inner separator node at which phi_e is 0: the last one eliminated."""
+        return self.nodes - self.electrodes[1] - 1
