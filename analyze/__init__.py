@@ -1,1 +1,1 @@
-"""analyze."""
+"""The `analyze` command: the only package that opens paths, prints and exits."""

@@ -113,8 +113,7 @@ class FlightReport:
         alignment_refusal: why a sensor recording was not used, "" if it was or there is none.
         gaps: stretches of the recording without current.
         pack: what was simulated.
-        replay: the twin's answer; None if it could not be asked.
-        no_replay: why it could not, "" if it was.
+        replay: the twin's answer; its status says how far it came.
         provenance: what made this result.
     """
 
@@ -125,6 +124,5 @@ class FlightReport:
     alignment_refusal: str
     gaps: Gaps
     pack: PackUse
-    replay: Replay | None
-    no_replay: str
+    replay: Replay
     provenance: Provenance

@@ -213,8 +213,7 @@ class Result(_Part):
     alignment: AlignmentPart | None
     segments: tuple[SegmentPart, ...]
     motions: MotionsPart
-    replay: ReplayPart | None
-    """Null if no replay was possible."""
+    replay: ReplayPart
     mismatch: None = None
     """Where and why twin and recording differ. This version does not look for it: always null."""
     provenance: ProvenancePart

@@ -36,7 +36,7 @@ def result_of(report: FlightReport) -> Result:
         alignment=_alignment(report),
         segments=tuple(_segment(s) for s in report.segments),
         motions=_motions(report),
-        replay=None if report.replay is None else _replay(report.replay),
+        replay=_replay(report.replay),
         provenance=_provenance(report),
     )
 

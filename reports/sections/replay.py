@@ -9,18 +9,14 @@ from reports.section import Figure, Notice, Row, Section, Severity
 from twin.replay import Replay
 from twin.solution import Status
 
-TITLE = "Replay through the twin"
-
 
 def replay(report: FlightReport) -> Section:
     """Voltage recorded and simulated, their difference, charge and temperature."""
     played = report.replay
-    if played is None:
-        return Section(id="replay", title=TITLE, notices=(Notice(text=report.no_replay),))
     figures = (_figure(report, played),) if played.solution.time_s.size > 1 else ()
     return Section(
         id="replay",
-        title=TITLE,
+        title="Replay through the twin",
         lead=(_how(report),),
         notices=_status(played),
         rows=_rows(report, played),

@@ -1,0 +1,74 @@
+"""`analyze PATH...`: what each motion of a flight asked of the battery."""
+
+import sys
+from pathlib import Path
+
+import click
+
+AnyPath = click.Path(exists=True, path_type=Path)
+AnyFile = click.Path(exists=True, dir_okay=False, path_type=Path)
+
+
+@click.command(context_settings={"help_option_names": ["-h", "--help"]})
+@click.argument("paths", metavar="PATH...", nargs=-1, required=True, type=AnyPath)
+@click.option("--pack", type=AnyFile, help="The battery, as pack.toml describes it.")
+@click.option(
+    "--sensor",
+    type=AnyFile,
+    help="Recording of a separate current sensor, for a single log. By itself a file beside the "
+    "log is found: flight.ulg takes flight.sensor.csv or flight.csv.",
+)
+@click.option(
+    "--out",
+    type=click.Path(path_type=Path),
+    default=Path("analysis"),
+    show_default=True,
+    help="Folder of the results; each log gets a folder in it.",
+)
+@click.option(
+    "--jobs",
+    type=click.IntRange(min=1),
+    default=1,
+    show_default=True,
+    help="Processes that share the logs of a folder.",
+)
+@click.option(
+    "--scheduler",
+    metavar="ADDRESS",
+    help="Use the workers of this running Dask scheduler instead; they must see the same paths.",
+)
+@click.option("--force", is_flag=True, help="Analyse again what is up to date.")
+@click.option(
+    "--battery",
+    type=click.IntRange(min=0),
+    metavar="N",
+    help="Which battery of the log, counted from 0; by itself the one that carries the flight.",
+)
+@click.option("-q", "--quiet", is_flag=True, help="Say only what failed.")
+@click.option("-v", "--verbose", is_flag=True, help="Say what happened inside, too.")
+@click.version_option(package_name="drone-battery-health", prog_name="analyze")
+def main(**options: object) -> None:
+    """Analyse flight logs: PX4 ULog and .px4log, MAVLink .tlog, ArduPilot .bin and .log.
+
+    PATH is a log, or a folder that is searched for logs, also in the folders below it. For each
+    log a folder with report.html, result.json and tables is written; for a folder index.html too.
+
+    The exit code is 0 if all logs were analysed, 1 if some failed (each is named with its reason,
+    the others are done), 2 if the command was not used as it should be, 130 after Ctrl-C.
+    """
+    if options["quiet"] and options["verbose"]:
+        raise click.UsageError("-q and -v contradict each other")
+    if options["scheduler"] and options["jobs"] != 1:
+        raise click.UsageError("--jobs starts workers, --scheduler uses those of another: only one")
+    try:
+        from analyze.session import Options, run_session  # late: --help must not wait for it
+
+        code = run_session(Options(**options))  # type: ignore[arg-type]
+    except KeyboardInterrupt:
+        click.echo("Interrupted.", err=True)
+        code = 130
+    sys.exit(code)
+
+
+if __name__ == "__main__":
+    main()

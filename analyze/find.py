@@ -1,0 +1,69 @@
+"""Which logs are meant by the paths a user gives."""
+
+import os
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+SENSOR_SUFFIXES = (".sensor.csv", ".SENSOR.CSV", ".csv", ".CSV")  # SD cards shout
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Found:
+    """What lies under the paths.
+
+    Attributes:
+        logs: files to analyse, sorted, none twice.
+        unreadable: files that could not be looked into, with the reason.
+        passed_over: how many files in the folders are no logs.
+    """
+
+    logs: tuple[Path, ...]
+    unreadable: tuple[tuple[Path, str], ...]
+    passed_over: int
+
+
+def find(paths: Sequence[Path], *, besides: Path, is_log: Callable[[Path], bool]) -> Found:
+    """Files as they are named, and the logs in folders, searched below.
+
+    A file that is named is taken without a look: if it is no log, its reader says why. Folders
+    with a leading dot, links to folders and the folder of the results are not searched.
+
+    Args:
+        paths: files and folders.
+        besides: the folder of the results.
+        is_log: judges a file by its first bytes; may raise OSError.
+    """
+    named = {p.resolve(): p for p in paths if not p.is_dir()}
+    unreadable, others = [], []
+    for path in _files_below([p for p in paths if p.is_dir()], besides.resolve()):
+        try:
+            if is_log(path):
+                named.setdefault(path.resolve(), path)
+            else:
+                others.append(path)
+        except OSError as e:
+            unreadable.append((path, e.strerror or str(e)))
+    logs = tuple(sorted(named.values()))
+    sensors = {sensor for log in logs if (sensor := sensor_beside(log))}
+    passed_over = len({p for p in others if p not in sensors})
+    return Found(logs=logs, unreadable=tuple(unreadable), passed_over=passed_over)
+
+
+def sensor_beside(log: Path) -> Path | None:
+    """The recording of a current sensor next to a log: `flight.sensor.csv`, else `flight.csv`."""
+    for suffix in SENSOR_SUFFIXES:
+        path = log.with_name(log.stem + suffix)
+        if path != log and path.is_file():
+            return path
+    return None
+
+
+def _files_below(folders: Sequence[Path], besides: Path) -> Iterator[Path]:
+    for folder in folders:
+        for at, below, names in os.walk(folder):
+            here = Path(at)
+            below[:] = sorted(
+                d for d in below if not d.startswith(".") and (here / d).resolve() != besides
+            )
+            yield from (here / name for name in sorted(names) if (here / name).is_file())

@@ -1,0 +1,66 @@
+"""Many jobs: one after the other, or on the workers of a `distributed` cluster."""
+
+import logging
+from collections.abc import Generator, Sequence
+from contextlib import ExitStack
+from typing import Any
+
+from analyze.job import Failed, Job, Outcome, run
+from reports.fleet import Failure
+
+
+def outcomes(
+    jobs: Sequence[Job], *, workers: int, scheduler: str | None
+) -> Generator[Outcome, None, None]:
+    """What came of each job, in the order in which they end.
+
+    Args:
+        jobs: what is to be done.
+        workers: processes of this machine; 1 works in this process.
+        scheduler: address of a running `distributed` scheduler instead, whose workers see the
+            same paths.
+    """
+    if scheduler is None and (workers == 1 or len(jobs) == 1):
+        yield from map(run, jobs)
+    else:
+        yield from _distributed(jobs, min(workers, len(jobs)), scheduler)
+
+
+def _distributed(
+    jobs: Sequence[Job], workers: int, scheduler: str | None
+) -> Generator[Outcome, None, None]:
+    import dask
+    from distributed import Client, LocalCluster, as_completed
+
+    quiet = {
+        "distributed.scheduler.allowed-failures": 1,
+        "distributed.logging.distributed": "error",
+    }
+    with ExitStack() as stack:
+        stack.enter_context(dask.config.set(quiet))
+        cluster: Any = scheduler
+        if scheduler is None:
+            cluster = stack.enter_context(
+                LocalCluster(  # type: ignore[no-untyped-call]
+                    n_workers=workers,
+                    threads_per_worker=1,  # CasADi and the warning filters are not thread-safe
+                    dashboard_address=None,
+                    silence_logs=logging.CRITICAL,
+                )
+            )
+        client = stack.enter_context(Client(cluster))  # type: ignore[no-untyped-call]
+        waiting = {future: job for job in jobs for future in [client.submit(run, job, pure=False)]}
+        for future in as_completed(list(waiting)):  # type: ignore[no-untyped-call]
+            job = waiting.pop(future)
+            yield _outcome(job, future)
+            future.release()
+
+
+def _outcome(job: Job, future: Any) -> Outcome:
+    """The result of a future; `run` raises nothing, so an error is the worker's own end."""
+    error = future.exception()
+    if error is None:
+        outcome: Outcome = future.result()
+        return outcome
+    reason = f"the worker was lost ({type(error).__name__}): out of memory, or it crashed"
+    return Failed(job=job, failure=Failure(file=job.shown, code="worker_lost", reason=reason))

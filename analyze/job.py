@@ -1,0 +1,130 @@
+"""One log to be analysed, what came of it, and the function that turns the one into the other.
+
+All of it can be pickled: a job runs in this process or on a worker.
+"""
+
+import hashlib
+import time
+import traceback
+import warnings
+from dataclasses import dataclass
+from pathlib import Path
+
+from analyze.output import kept_result, write_flight
+from analyze.pack_choice import PackChoice
+from analyze.pipeline import Inputs, analyse
+from analyze.version import version
+from flightlogs.errors import LogError, Refusal
+from reports.fleet import Failure
+from reports.result import Result
+
+REPORT_IT = "This is a fault of the program, not of the log: please report it with the log."
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Job:
+    """What is to be done with one log.
+
+    Attributes:
+        log: path of the log.
+        shown: the path as the user would write it, safe to print.
+        folder: where the results go.
+        sensor: recording of the current sensor, or None.
+        pack: the pack file, or None.
+        battery: instance of the battery, None for the one that carries the flight.
+        force: analyse again what is up to date.
+    """
+
+    log: Path
+    shown: str
+    folder: Path
+    sensor: Path | None = None
+    pack: PackChoice | None = None
+    battery: int | None = None
+    force: bool = False
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Done:
+    """An analysed log.
+
+    Attributes:
+        job: what was asked.
+        result: the numbers.
+        kept: True if an earlier result was up to date.
+        remarks: warnings of the program itself, for `-v`.
+    """
+
+    job: Job
+    result: Result
+    kept: bool
+    remarks: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Failed:
+    """A log that was not analysed; `details` is a traceback if the program is at fault."""
+
+    job: Job
+    failure: Failure
+    details: str = ""
+
+
+Outcome = Done | Failed
+
+
+def run(job: Job) -> Outcome:
+    """Analyse one log and write its results; what goes wrong costs this log only."""
+    try:
+        with warnings.catch_warnings(record=True) as caught:
+            warnings.simplefilter("always")
+            result, kept = _run(job)
+        remarks = tuple(f"{w.category.__name__}: {w.message}" for w in caught)
+        return Done(job=job, result=result, kept=kept, remarks=remarks)
+    except Refusal as e:
+        return _failed(job, e.code, str(e))
+    except (LogError, OSError) as e:
+        return _failed(job, _snake_case(type(e).__name__), str(e))
+    except Exception as e:
+        text = f"{type(e).__name__}: {e}. {REPORT_IT}"
+        return _failed(job, "unexpected", text, details=traceback.format_exc())
+
+
+def _run(job: Job) -> tuple[Result, bool]:
+    inputs = _inputs(job)
+    if not job.force and (kept := kept_result(job.folder, inputs.sha256)):
+        return kept, True
+    report = analyse(inputs, clock=time.perf_counter)
+    return write_flight(job.folder, report), False
+
+
+def _inputs(job: Job) -> Inputs:
+    sensor_sha256 = sha256_of(job.sensor) if job.sensor else ""
+    log_sha256 = sha256_of(job.log)
+    pack_sha256 = job.pack.sha256 if job.pack else ""
+    everything = (log_sha256, sensor_sha256, pack_sha256, str(job.battery), version())
+    return Inputs(
+        log=job.log,
+        log_sha256=log_sha256,
+        sensor=job.sensor,
+        sensor_sha256=sensor_sha256,
+        pack=job.pack,
+        battery=job.battery,
+        sha256=hashlib.sha256("\0".join(everything).encode()).hexdigest(),
+    )
+
+
+def sha256_of(path: Path) -> str:
+    """Of the file's content, in hexadecimal."""
+    with path.open("rb") as stream:
+        return hashlib.file_digest(stream, "sha256").hexdigest()
+
+
+def _failed(job: Job, code: str, reason: str, details: str = "") -> Failed:
+    return Failed(
+        job=job, failure=Failure(file=job.shown, code=code, reason=reason), details=details
+    )
+
+
+def _snake_case(name: str) -> str:
+    return "".join(f"_{c.lower()}" if c.isupper() else c for c in name).lstrip("_")

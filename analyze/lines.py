@@ -1,0 +1,60 @@
+"""What the terminal says, one line at a time."""
+
+from analyze.job import Done
+from reports.fleet import Failure
+from reports.quantity import fixed, minutes
+from reports.result import Result
+
+INDENT = "\n    "
+
+
+def done_line(done: Done) -> str:
+    """One flight, and where its page is."""
+    result, page = done.result, done.job.folder / "report.html"
+    verb = "kept    " if done.kept else "analysed"
+    return (
+        f"{verb}  {done.job.shown}: {minutes(result.flight.in_air_s)} min in flight"
+        f"{_motions(result)}; {_replay(result)}{_warnings(result)}{INDENT}{page}"
+    )
+
+
+def failed_line(failure: Failure) -> str:
+    """One log that was not analysed, and why."""
+    return f"failed    {failure.file}: {failure.reason} ({failure.code})"
+
+
+def closing_line(done: int, kept: int, failed: int, passed_over: int) -> str:
+    """The sum of it."""
+    parts = [f"{done} analysed"]
+    if kept:
+        parts.append(f"{kept} up to date and kept (--force analyses again)")
+    if failed:
+        parts.append(f"{failed} failed")
+    if passed_over:
+        parts.append(f"{passed_over} files passed over: no logs")
+    return ", ".join(parts) + "."
+
+
+def _motions(result: Result) -> str:
+    named = {
+        "hover": result.motions.hover,
+        "vertical": result.motions.vertical,
+        "horizontal": result.motions.horizontal,
+    }
+    parts = [f"{name} {fixed(part.time_s, 0)} s" for name, part in named.items() if part]
+    return f" ({', '.join(parts)})" if parts else ""
+
+
+def _replay(result: Result) -> str:
+    replay = result.replay
+    error = (
+        "no voltage to compare with"
+        if replay.voltage_rmse_mv is None
+        else f"replay error {fixed(replay.voltage_rmse_mv, 1)} mV RMS"
+    )
+    return error if replay.status == "done" else f"{error}, ended early ({replay.status})"
+
+
+def _warnings(result: Result) -> str:
+    codes = sorted({w.code for w in result.quality.warnings})
+    return f"; doubts: {', '.join(codes)}" if codes else ""

@@ -1,0 +1,30 @@
+"""File names that can be printed, and folder names that do not collide."""
+
+from collections.abc import Callable, Iterable
+from itertools import count
+
+RESERVED = frozenset({"index.html", "fleet.parquet", "failures.json"})
+
+
+def printable(name: str) -> str:
+    """`name` without the bytes that are no text (a file name need not be any)."""
+    return name.encode("utf-8", "replace").decode("utf-8")
+
+
+def free_name(stem: str, digest: str, taken: Callable[[str], bool]) -> str:
+    """`stem`, else with the start of the log's hash, else with a number too.
+
+    The hash rather than a plain number: the same log then gets the same folder again, whatever
+    else is in the run.
+    """
+    for name in _proposals(stem, digest):
+        if name.casefold() not in RESERVED and not taken(name):
+            return name
+    raise AssertionError("there is always a next number")
+
+
+def _proposals(stem: str, digest: str) -> Iterable[str]:
+    yield stem
+    yield f"{stem}-{digest[:8]}"
+    for i in count(2):
+        yield f"{stem}-{digest[:8]}-{i}"

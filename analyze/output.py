@@ -1,0 +1,151 @@
+"""The files of a flight and of a fleet; each appears whole or not at all."""
+
+import io
+import json
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+
+import numpy as np
+import pyarrow as pa
+import pyarrow.parquet as pq
+from pydantic import ValidationError
+
+from reports.fleet import Fleet, FleetFlight, charge_ah, fleet_page
+from reports.flight import FlightReport
+from reports.page import flight_page
+from reports.render import render
+from reports.result import Result
+from reports.results import result_of
+from reports.tables import profile_csv, segments_csv
+from segment.profile import PeriodicProfile
+from twin.replay import Replay
+from twin.whole_file import write_whole
+
+RESULT = "result.json"
+
+
+def write_flight(folder: Path, report: FlightReport) -> Result:
+    """Write all files of a flight into `folder`; the result comes last, for it vouches for all."""
+    result = result_of(report)
+    files = flight_files(report)
+    folder.mkdir(parents=True, exist_ok=True)
+    (folder / RESULT).unlink(missing_ok=True)
+    for old in folder.glob("profile_*.csv"):
+        if old.name not in files:
+            old.unlink()
+    for name, content in files.items():
+        write_whole(folder / name, content)
+    write_whole(folder / RESULT, result.model_dump_json(indent=1) + "\n")
+    return result
+
+
+def flight_files(report: FlightReport) -> Mapping[str, str | bytes]:
+    """Name -> content of all files but the result."""
+    files: dict[str, str | bytes] = {
+        "report.html": render(flight_page(report)),
+        "segments.csv": segments_csv(report.segments),
+        "replay.parquet": _parquet(_replay_columns(report.replay)),
+    }
+    for motion, profile in report.profiles.items():
+        if isinstance(profile, PeriodicProfile):
+            files[f"profile_{motion.value}.csv"] = profile_csv(profile)
+    return files
+
+
+def read_result(folder: Path) -> Result | None:
+    """The result in `folder`; None if there is none, or none that this version can read."""
+    try:
+        return Result.model_validate_json((folder / RESULT).read_bytes())
+    except (OSError, ValidationError):
+        return None
+
+
+def kept_result(folder: Path, inputs_sha256: str) -> Result | None:
+    """The result in `folder` if it was made from the same inputs and its page is there."""
+    result = read_result(folder)
+    if result is None or result.provenance.parameters.inputs_sha256 != inputs_sha256:
+        return None
+    return result if (folder / "report.html").is_file() else None
+
+
+def write_fleet(out: Path, fleet: Fleet) -> None:
+    """`index.html`, `fleet.parquet` and `failures.json`."""
+    failures = [
+        {"file": f.file, "code": f.code, "reason": f.reason}
+        for f in sorted(fleet.failures, key=lambda f: f.file)
+    ]
+    write_whole(out / "failures.json", json.dumps(failures, indent=1, ensure_ascii=False) + "\n")
+    rows = [_fleet_row(f) for f in sorted(fleet.flights, key=lambda f: f.folder)]
+    write_whole(out / "fleet.parquet", _parquet(_fleet_columns(rows)))
+    write_whole(out / "index.html", render(fleet_page(fleet)))
+
+
+def _replay_columns(replay: Replay) -> Mapping[str, pa.Array]:
+    solution, m = replay.solution, replay.solution.time_s.size
+    columns = {
+        "time_s": solution.time_s,
+        "current_A": solution.current_A,
+        "recorded_V": replay.recorded_V[:m],
+        "simulated_V": solution.voltage_V,
+        "soc": solution.soc,
+        "temperature_K": solution.temperature_K,
+        "heat_W": solution.heat_W,
+    }
+    return {name: pa.array(values, mask=np.isnan(values)) for name, values in columns.items()}
+
+
+FLEET_SCHEMA = pa.schema(
+    [
+        ("folder", pa.string()),
+        ("file", pa.string()),
+        ("sha256", pa.string()),
+        ("format", pa.string()),
+        ("firmware", pa.string()),
+        ("vehicle", pa.string()),
+        ("start_utc", pa.timestamp("us", tz="UTC")),
+        ("in_air_s", pa.float64()),
+        ("battery", pa.string()),
+        ("serial", pa.string()),
+        ("series", pa.int64()),
+        ("capacity_ah", pa.float64()),
+        ("current_source", pa.string()),
+        ("charge_ah", pa.float64()),
+        ("hover_s", pa.float64()),
+        ("vertical_s", pa.float64()),
+        ("horizontal_s", pa.float64()),
+        ("voltage_rmse_mv", pa.float64()),
+        ("max_error_mv", pa.float64()),
+        ("replay_status", pa.string()),
+        ("warnings", pa.int64()),
+    ]
+)
+
+
+def _fleet_row(flight: FleetFlight) -> Mapping[str, object]:
+    result = flight.result
+    motions = {
+        f"{name}_s": part["time_s"] if part else 0.0
+        for name, part in result.motions.model_dump().items()
+    }
+    return {
+        "folder": flight.folder,
+        **result.flight.model_dump(),
+        **result.pack.model_dump(),
+        **motions,
+        "current_source": result.quality.current_source,
+        "charge_ah": charge_ah(result.segments),
+        "voltage_rmse_mv": result.replay.voltage_rmse_mv,
+        "max_error_mv": result.replay.max_error_mv,
+        "replay_status": result.replay.status,
+        "warnings": len(result.quality.warnings),
+    }
+
+
+def _fleet_columns(rows: Sequence[Mapping[str, object]]) -> Mapping[str, pa.Array]:
+    return {f.name: pa.array([row[f.name] for row in rows], type=f.type) for f in FLEET_SCHEMA}
+
+
+def _parquet(columns: Mapping[str, pa.Array]) -> bytes:
+    out = io.BytesIO()
+    pq.write_table(pa.table(dict(columns)), out)
+    return out.getvalue()

@@ -1,0 +1,51 @@
+"""A recording as a load, and the twin's answer to it."""
+
+import numpy as np
+import numpy.typing as npt
+
+from analyze.start import pack_of
+from flightlogs.recording import Recording
+from reports.flight import Gaps, PackUse
+from twin.cell import Cell
+from twin.load import Between, Load
+from twin.replay import Replay
+from twin.simulate import simulate
+
+GAP_STEPS = 5.0  # of the usual step: a logger that is late by a few samples lost none
+GAP_MIN_S = 1.0
+
+
+def gap_steps(time_s: npt.NDArray[np.float64]) -> npt.NDArray[np.bool_]:
+    """(n - 1,) which steps are so long that samples are missing in them."""
+    dt = np.diff(time_s)
+    return np.asarray(dt > max(GAP_MIN_S, GAP_STEPS * float(np.median(dt))))
+
+
+def gaps_of(recording: Recording) -> Gaps:
+    """Where the current is not known; the load runs straight across."""
+    dt, i = np.diff(recording.time_s), recording.current_A
+    missing = gap_steps(recording.time_s)
+    charge = dt * (i[:-1] + i[1:]) / 2
+    return Gaps(
+        count=int(np.count_nonzero(missing)),
+        total_s=float(dt[missing].sum()),
+        longest_s=float(dt[missing].max(initial=0.0)),
+        charge_C=float(charge[missing].sum()),
+    )
+
+
+def replay(recording: Recording, use: PackUse, cell: Cell) -> Replay:
+    """Draw the recorded current from the pack; judged between take-off and landing."""
+    load = Load(
+        time_s=recording.time_s,
+        current_A=recording.current_A,
+        between=Between.LINEAR,
+        ambient_K=use.ambient_K,
+    )
+    t, flight = recording.time_s, recording.flight
+    return Replay(
+        load=load,
+        recorded_V=recording.voltage_V,
+        judged=(t >= flight.start_s) & (t <= flight.stop_s),
+        solution=simulate(pack_of(use, cell), load),
+    )

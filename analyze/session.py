@@ -1,0 +1,198 @@
+"""One call of the command: find, run, tell, sum up."""
+
+import os
+from collections.abc import Callable, Sequence
+from contextlib import closing
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import click
+
+from analyze.fleet import outcomes
+from analyze.find import Found, find, sensor_beside
+from analyze.job import Done, Job, Outcome, sha256_of
+from analyze.lines import closing_line, done_line, failed_line
+from analyze.names import free_name
+from analyze.output import read_result, write_fleet
+from analyze.pack_choice import PackChoice, read_pack
+from analyze.progress import progress
+from analyze.start import effect_ids
+from analyze.version import version
+from flightlogs.detect import is_log
+from reports.fleet import Failure, Fleet, FleetFlight
+from twin.bpx_file import CellError
+from twin.pack_file import PackFileError
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Options:
+    """The command line."""
+
+    paths: tuple[Path, ...]
+    pack: Path | None
+    sensor: Path | None
+    out: Path
+    jobs: int
+    scheduler: str | None
+    force: bool
+    battery: int | None
+    quiet: bool
+    verbose: bool
+
+
+class WrongUse(click.ClickException):
+    """The command was called in a way that cannot work; exit code 2."""
+
+    exit_code = 2
+
+
+@dataclass(slots=True)
+class Tally:
+    """What came of the jobs so far."""
+
+    done: list[Done] = field(default_factory=list)
+    failed: list[Failure] = field(default_factory=list)
+
+    @property
+    def kept(self) -> int:
+        """How many were up to date."""
+        return sum(d.kept for d in self.done)
+
+
+def run_session(options: Options) -> int:
+    """Do all of it; the exit code: 0 all analysed, 1 some failed, 130 interrupted."""
+    pack = _pack(options.pack)
+    found = _found(options)
+    _make_writable(options.out)
+    tally = Tally()
+    try:
+        for path, reason in found.unreadable:
+            _note_failure(_unreadable(path, reason), tally)
+        jobs = _jobs(found.logs, pack, options, tally)
+        _run(jobs, tally, options)
+    except KeyboardInterrupt:
+        click.echo(f"Interrupted: {_sum(tally, found)} What is written is whole.", err=True)
+        return 130
+    if len(found.logs) > 1 or any(p.is_dir() for p in options.paths):
+        write_fleet(options.out, _fleet(tally, found))
+    if not options.quiet:
+        click.echo(_sum(tally, found))
+    return 1 if tally.failed else 0
+
+
+def _pack(path: Path | None) -> PackChoice | None:
+    if path is None:
+        return None
+    try:
+        choice = read_pack(path)
+        effect_ids(choice.file)
+    except (PackFileError, CellError) as e:
+        raise WrongUse(str(e)) from e
+    return choice
+
+
+def _found(options: Options) -> Found:
+    found = find(options.paths, besides=options.out, is_log=_is_log)
+    if not found.logs and not found.unreadable:
+        where = ", ".join(click.format_filename(p) for p in options.paths)
+        raise WrongUse(f"no flight log in {where} ({found.passed_over} files looked at)")
+    if options.sensor and len(found.logs) > 1:
+        raise WrongUse(f"--sensor belongs to one log, but {len(found.logs)} are to be analysed")
+    return found
+
+
+def _is_log(path: Path) -> bool:
+    with path.open("rb") as stream:
+        return is_log(stream)
+
+
+def _make_writable(out: Path) -> None:
+    try:
+        out.mkdir(parents=True, exist_ok=True)
+    except OSError as e:
+        raise WrongUse(f"{click.format_filename(out)}: cannot be made: {e.strerror}") from e
+    if not os.access(out, os.W_OK | os.X_OK):
+        raise WrongUse(f"{click.format_filename(out)}: may not be written to")
+
+
+def _jobs(
+    logs: Sequence[Path], pack: PackChoice | None, options: Options, tally: Tally
+) -> tuple[Job, ...]:
+    """A job for each log that can be opened, with a folder of its own."""
+    used: set[str] = set()
+    jobs = []
+    for log in logs:
+        try:
+            digest = sha256_of(log)
+        except OSError as e:
+            _note_failure(_unreadable(log, e.strerror or str(e)), tally)
+            continue
+        name = free_name(log.stem, digest, _taken(options.out, digest, used))
+        used.add(name.casefold())
+        jobs.append(
+            Job(
+                log=log.absolute(),
+                shown=click.format_filename(log),
+                folder=options.out.absolute() / name,
+                sensor=(options.sensor or sensor_beside(log)),
+                pack=pack,
+                battery=options.battery,
+                force=options.force,
+            )
+        )
+    return tuple(jobs)
+
+
+def _taken(out: Path, digest: str, used: set[str]) -> Callable[[str], bool]:
+    """Whether a folder name belongs to another log, of this run or of an earlier one."""
+
+    def taken(name: str) -> bool:
+        earlier = read_result(out / name)
+        return name.casefold() in used or (earlier is not None and earlier.flight.sha256 != digest)
+
+    return taken
+
+
+def _run(jobs: Sequence[Job], tally: Tally, options: Options) -> None:
+    running = outcomes(jobs, workers=options.jobs, scheduler=options.scheduler)
+    with closing(running), progress(len(jobs), wanted=not options.quiet) as advance:
+        for outcome in running:
+            _note(outcome, tally, options)
+            advance()
+
+
+def _note(outcome: Outcome, tally: Tally, options: Options) -> None:
+    """Count it and say it; what failed is said even if nothing else is."""
+    if isinstance(outcome, Done):
+        tally.done.append(outcome)
+        if not options.quiet:
+            click.echo(done_line(outcome))
+        more: Sequence[str] = outcome.remarks
+    else:
+        _note_failure(outcome.failure, tally)
+        more = outcome.details.splitlines()
+    if options.verbose:
+        click.echo("".join(f"    {line}\n" for line in more), nl=False, err=True)
+
+
+def _note_failure(failure: Failure, tally: Tally) -> None:
+    tally.failed.append(failure)
+    click.echo(failed_line(failure), err=True)
+
+
+def _unreadable(path: Path, reason: str) -> Failure:
+    return Failure(file=click.format_filename(path), code="unreadable", reason=reason)
+
+
+def _sum(tally: Tally, found: Found) -> str:
+    analysed = len(tally.done) - tally.kept
+    return closing_line(analysed, tally.kept, len(tally.failed), found.passed_over)
+
+
+def _fleet(tally: Tally, found: Found) -> Fleet:
+    return Fleet(
+        flights=tuple(FleetFlight(folder=d.job.folder.name, result=d.result) for d in tally.done),
+        failures=tuple(tally.failed),
+        passed_over=found.passed_over,
+        version=version(),
+    )

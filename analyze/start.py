@@ -1,0 +1,187 @@
+"""The pack that is simulated in place of the recorded one, and how each number is known."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from flightlogs.log import FloatArray
+from flightlogs.recording import Recording
+from reports.flight import PackUse
+from twin.bpx_file import open_circuit_V
+from twin.cell import Cell
+from twin.effects.self_heating import SelfHeating
+from twin.pack import Pack
+from twin.pack_file import ZERO_CELSIUS_K, PackFile, PackFileError
+
+EFFECTS = {SelfHeating.id: SelfHeating}
+ROOM_K = 298.15
+# At half the capacity in an hour a pack of 10 mOhm a cell and Ah is 5 mV a cell below its rest
+# voltage; the known resistance takes most of that back.
+REST_PER_H = 0.5
+REST_S = 10.0  # at the start of the log: later the avionics have drawn charge
+REST_SAMPLES = 3
+SOC_STEPS = 2001  # 0.05 % of charge, below what any voltage can tell
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Known:
+    """A value, and where it comes from, in words."""
+
+    value: float
+    origin: str
+
+
+def pack_use(recording: Recording, file: PackFile | None, cell: Cell, *, builtin: bool) -> PackUse:
+    """Every number of the pack: from the pack file, else from the log, else a stated default."""
+    parallel = file.pack.parallel if file else 1
+    series, series_origin = _series(recording, file)
+    capacity = _capacity(recording, file, cell, parallel)
+    start = _temperature(recording, file)
+    ambient = _ambient(file, start)
+    soc = _soc(recording, file, cell, series, capacity.value)
+    transfer = _heat_transfer(file)
+    return PackUse(
+        name=file.pack.name if file else "",
+        cell=cell.name,
+        cell_source=cell.source,
+        calibrated=not builtin,
+        series=series,
+        series_inferred=file is None and recording.series_inferred,
+        parallel=parallel,
+        capacity_C=capacity.value,
+        serial=recording.serial or (file.pack.serial if file else ""),
+        initial_soc=soc.value,
+        initial_K=start.value,
+        ambient_K=ambient.value,
+        heat_transfer_W_m2_K=transfer.value,
+        effects=effect_ids(file),
+        origins={
+            "series": series_origin,
+            "capacity_C": capacity.origin,
+            "initial_soc": soc.origin,
+            "initial_K": start.origin,
+            "ambient_K": ambient.origin,
+            "heat_transfer_W_m2_K": transfer.origin,
+        },
+    )
+
+
+def pack_of(use: PackUse, cell: Cell) -> Pack:
+    """The same, as the twin takes it."""
+    on = {SelfHeating.id: SelfHeating(heat_transfer_W_m2_K=use.heat_transfer_W_m2_K)}
+    return Pack(
+        cell=cell,
+        series=use.series,
+        parallel=use.parallel,
+        capacity_C=use.capacity_C,
+        initial_soc=use.initial_soc,
+        initial_K=use.initial_K,
+        effects=tuple(on[effect] for effect in use.effects),
+    )
+
+
+def effect_ids(file: PackFile | None) -> tuple[str, ...]:
+    """What is switched on; PackFileError if this version does not have it."""
+    if file is None or file.twin.physics is None:
+        return tuple(EFFECTS)
+    for name in file.twin.physics:
+        if name not in EFFECTS:
+            raise PackFileError(
+                f"twin.physics: this version has no effect {name!r}; it has {', '.join(EFFECTS)}"
+            )
+    return file.twin.physics
+
+
+def _series(recording: Recording, file: PackFile | None) -> tuple[int, str]:
+    if file:
+        return file.pack.series, "pack file"
+    if recording.series_inferred:
+        return recording.series, "cells in series inferred from the voltage"
+    return recording.series, "cells in series from the log"
+
+
+def _capacity(recording: Recording, file: PackFile | None, cell: Cell, parallel: int) -> Known:
+    if file and file.pack.capacity_ah is not None:
+        return Known(value=3600 * file.pack.capacity_ah, origin="pack file")
+    if recording.capacity_C is not None:
+        return Known(value=recording.capacity_C, origin="parameter in the log")
+    origin = f"not known: that of the cell {cell.name} was taken"
+    return Known(value=cell.nominal_capacity_C * parallel, origin=origin)
+
+
+def _temperature(recording: Recording, file: PackFile | None) -> Known:
+    measured = recording.temperature_K
+    if measured is not None and np.isfinite(measured).any():
+        first = measured[np.isfinite(measured)][0]
+        return Known(value=float(first), origin="first measured temperature of the pack")
+    if file and file.start.temperature_c is not None:
+        return Known(value=file.start.temperature_c + ZERO_CELSIUS_K, origin="pack file")
+    if file and file.environment.ambient_c is not None:
+        ambient_K = file.environment.ambient_c + ZERO_CELSIUS_K
+        return Known(value=ambient_K, origin="not measured: that of the air in the pack file")
+    return Known(value=ROOM_K, origin="not measured: 25 °C assumed")
+
+
+def _ambient(file: PackFile | None, start: Known) -> Known:
+    if file and file.environment.ambient_c is not None:
+        return Known(value=file.environment.ambient_c + ZERO_CELSIUS_K, origin="pack file")
+    return Known(value=start.value, origin="not known: that of the pack at the start")
+
+
+def _heat_transfer(file: PackFile | None) -> Known:
+    if file and file.environment.heat_transfer_W_m2_K is not None:
+        return Known(value=file.environment.heat_transfer_W_m2_K, origin="pack file")
+    default = SelfHeating.parameters[0].value
+    return Known(value=default, origin="not known: the default of the effect")
+
+
+def _soc(
+    recording: Recording, file: PackFile | None, cell: Cell, series: int, capacity_C: float
+) -> Known:
+    if file and file.start.soc is not None:
+        return Known(value=file.start.soc, origin="pack file")
+    rest = rest_voltage(recording, capacity_C)
+    if rest is None:
+        return Known(value=1.0, origin="not known: a full pack assumed")
+    soc = soc_at(cell, rest.value / series)
+    return Known(value=soc, origin=f"{rest.origin}, {rest.value / series:.3f} V a cell")
+
+
+def rest_voltage(recording: Recording, capacity_C: float) -> Known | None:
+    """The pack's voltage without load at the start of the recording, as well as it is known [V].
+
+    Samples of the first REST_S, brought to zero current with the slope of voltage on current;
+    those at rest if there are any. None without a voltage, or without rest and slope.
+    """
+    early = recording.time_s <= recording.time_s[0] + REST_S
+    early &= np.isfinite(recording.voltage_V)
+    slope = recording.resistance_ohm
+    unloaded = recording.voltage_V + (slope or 0.0) * recording.current_A
+    idle = early & (np.abs(recording.current_A) <= REST_PER_H * capacity_C / 3600)
+    if np.count_nonzero(idle) >= REST_SAMPLES:
+        return Known(value=_median(unloaded[idle]), origin="from the voltage at rest at the start")
+    if np.count_nonzero(early) >= REST_SAMPLES and slope is not None:
+        return Known(
+            value=_median(unloaded[early]),
+            origin="no rest in the log: from the voltage under load, brought to zero current "
+            "with the slope of voltage on current, which puts it too low rather than too high",
+        )
+    return None
+
+
+def soc_at(cell: Cell, voltage_V: float) -> float:
+    """State of charge whose open-circuit voltage comes nearest to `voltage_V`, 0..1."""
+    lower, upper = 0.0, 1.0
+    while upper - lower > 1 / SOC_STEPS:
+        middle = (lower + upper) / 2
+        if open_circuit_V(cell, middle) < voltage_V:
+            lower = middle
+        else:
+            upper = middle
+    if voltage_V >= open_circuit_V(cell, 1.0):
+        return 1.0
+    return 0.0 if voltage_V <= open_circuit_V(cell, 0.0) else (lower + upper) / 2
+
+
+def _median(values: FloatArray) -> float:
+    return float(np.median(values))

@@ -1,0 +1,142 @@
+"""The page of a folder: one row a flight, and what could not be analysed."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from urllib.parse import quote
+
+from reports.page import Page
+from reports.quantity import MISSING, fixed, minutes
+from reports.result import LoadPart, MotionPart, Result
+from reports.section import Cell, Column, Row, Section, Table
+
+FLIGHT_COLUMNS = (
+    Column(title="flight", numeric=False),
+    Column(title="start (UTC)", numeric=False),
+    Column(title="battery", numeric=False),
+    Column(title="in flight [min:s]"),
+    Column(title="charge [Ah]"),
+    Column(title="hover [s]"),
+    Column(title="vertical [s]"),
+    Column(title="horizontal [s]"),
+    Column(title="replay error, RMS [mV]"),
+    Column(title="warnings"),
+)
+FAILURE_COLUMNS = (
+    Column(title="file", numeric=False),
+    Column(title="reason", numeric=False),
+    Column(title="what it means", numeric=False),
+)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class FleetFlight:
+    """A flight and the folder of its page, relative to the fleet's page."""
+
+    folder: str
+    result: Result
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Failure:
+    """A log that was not analysed.
+
+    Attributes:
+        file: its path as the user would find it.
+        code: stable name of the reason.
+        reason: in words.
+    """
+
+    file: str
+    code: str
+    reason: str
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Fleet:
+    """Everything found under the paths given.
+
+    Attributes:
+        flights: the analysed ones.
+        failures: the others.
+        passed_over: how many files were no logs.
+        version: of the program.
+    """
+
+    flights: tuple[FleetFlight, ...]
+    failures: tuple[Failure, ...]
+    passed_over: int
+    version: str
+
+
+def fleet_page(fleet: Fleet) -> Page:
+    """Flights in the order of their start; those without a date last, by name."""
+    flights = sorted(fleet.flights, key=_order)
+    return Page(
+        title="Fleet",
+        subtitle=f"{len(flights)} flights analysed, {len(fleet.failures)} logs not",
+        sections=(
+            Section(
+                id="flights",
+                title="Flights",
+                rows=_totals(flights, fleet.passed_over),
+                tables=(_flights(flights),) if flights else (),
+            ),
+            *((_failures(fleet.failures),) if fleet.failures else ()),
+        ),
+        version=fleet.version,
+    )
+
+
+def _order(flight: FleetFlight) -> tuple[bool, str, str]:
+    start = flight.result.flight.start_utc
+    return (start is None, start.isoformat() if start else "", flight.folder)
+
+
+def charge_ah(segments: Sequence[LoadPart]) -> float:
+    """Drawn in all of them."""
+    return sum(s.charge_ah for s in segments)
+
+
+def _totals(flights: Sequence[FleetFlight], passed_over: int) -> tuple[Row, ...]:
+    in_air_s = sum(f.result.flight.in_air_s for f in flights)
+    charge = sum(charge_ah(f.result.segments) for f in flights)
+    return (
+        Row(label="Time in flight", value=minutes(in_air_s), unit="min:s"),
+        Row(label="Charge drawn", value=fixed(charge, 2), unit="Ah", note="in the segments"),
+        Row(label="Files that are no logs", value=str(passed_over), note="passed over"),
+    )
+
+
+def _flights(flights: Sequence[FleetFlight]) -> Table:
+    return Table(caption="Flights", columns=FLIGHT_COLUMNS, rows=tuple(map(_flight_row, flights)))
+
+
+def _flight_row(flight: FleetFlight) -> tuple[Cell, ...]:
+    result = flight.result
+    start, replay, motions = result.flight.start_utc, result.replay, result.motions
+    stopped = "" if replay.status == "done" else " (ended early)"
+    texts = (
+        f"{start:%Y-%m-%d %H:%M}" if start else MISSING,
+        result.pack.serial or result.pack.battery,
+        minutes(result.flight.in_air_s),
+        fixed(charge_ah(result.segments), 3),
+        *(_time(part) for part in (motions.hover, motions.vertical, motions.horizontal)),
+        fixed(replay.voltage_rmse_mv, 1) + stopped,
+        str(len(result.quality.warnings)),
+    )
+    link = Cell(text=result.flight.file, href=f"{_quoted(flight.folder)}/report.html")
+    return (link, *(Cell(text=text) for text in texts))
+
+
+def _time(part: MotionPart | None) -> str:
+    return MISSING if part is None else fixed(part.time_s, 0)
+
+
+def _quoted(folder: str) -> str:
+    return quote(folder, safe="")
+
+
+def _failures(failures: Sequence[Failure]) -> Section:
+    rows = tuple((Cell(text=f.file), Cell(text=f.code), Cell(text=f.reason)) for f in failures)
+    table = Table(caption="Logs that were not analysed", columns=FAILURE_COLUMNS, rows=rows)
+    return Section(id="failures", title="Not analysed", tables=(table,))

@@ -1,0 +1,209 @@
+"""A small flight made by hand, complete enough to fill every section of a page."""
+
+from datetime import UTC, datetime
+
+import numpy as np
+
+from flightlogs.errors import LogWarning
+from flightlogs.log import FlightLog, Interval, Vehicle
+from flightlogs.recording import ClockFit, Recording
+from reports.flight import FlightReport, Gaps, NoProfile, PackUse, Provenance
+from segment.profile import Fidelity, PeriodicProfile
+from segment.segment import Basis, LoadStatistics, Motion, Segment
+from twin.load import Load
+from twin.replay import Replay
+from twin.solution import LithiumAudit, Solution, Status
+
+T = np.arange(0.0, 60.0, 0.2)
+SPANS = (
+    (Motion.GROUND, 0.0, 10.0, 1.0),
+    (Motion.TAKEOFF, 10.0, 14.0, 24.0),
+    (Motion.HOVER, 14.0, 30.0, 18.0),
+    (Motion.VERTICAL, 30.0, 38.0, 22.0),
+    (Motion.HORIZONTAL, 38.0, 52.0, 20.0),
+    (Motion.LANDING, 52.0, 56.0, 15.0),
+)
+CURRENT = np.select(
+    [(start <= T) & (stop > T) for _, start, stop, _ in SPANS], [a for *_, a in SPANS], default=1.0
+) + 0.5 * np.sin(7 * T)
+EVIL = '<script>alert("1")</script>.ulg'  # a file may be called anything
+
+
+def log(name: str = "flight.ulg") -> FlightLog:
+    return FlightLog(
+        name=name,
+        format="ulog",
+        firmware="PX4 1.14.0",
+        hardware="FMU_V6X",
+        vehicle=Vehicle.MULTIROTOR,
+        vehicle_label="SYS_AUTOSTART 4001",
+        simulated=False,
+        start_utc=datetime(2025, 6, 1, 9, 30, tzinfo=UTC),
+        duration_s=60.0,
+        batteries=(),
+        dropouts_s=0.25,
+        recovered_fraction=0.998,
+    )
+
+
+def recording(**changes: object) -> Recording:
+    velocity = np.zeros((T.size, 3))
+    velocity[(T >= 30) & (T < 38), 2] = -1.5
+    velocity[(T >= 38) & (T < 52), 0] = 4.0
+    setpoint = velocity.copy()
+    setpoint[T < 10] = np.nan
+    fields = {
+        "name": "flight.ulg",
+        "battery": "battery_status[0], id 1",
+        "other_batteries": ("battery_status[1], id 2",),
+        "time_s": T,
+        "current_A": CURRENT,
+        "current_source": "sensor",
+        "voltage_V": 16.4 - 0.03 * CURRENT,
+        "temperature_K": None,
+        "cell_voltage_V": None,
+        "velocity_m_s": velocity,
+        "velocity_setpoint_m_s": setpoint,
+        "setpoint_source": "trajectory_setpoint.velocity",
+        "in_air": (T >= 10) & (T < 56),
+        "flight": Interval(10.0, 56.0),
+        "other_flights": (Interval(70.0, 81.0),),
+        "series": 4,
+        "series_inferred": True,
+        "capacity_C": 2.2 * 3600,
+        "coulomb_check": 1.002,
+        "resistance_ohm": 0.03,
+        "alignment": ClockFit(
+            method="battery_current",
+            offset_s=3.217,
+            drift_ppm=-41.0,
+            correlation=0.97,
+            uncertainty_s=0.012,
+            drift_uncertainty_ppm=6.0,
+            gain=1.04,
+            bias_A=-0.3,
+        ),
+        "warnings": (LogWarning("cells_inferred", "4 cells inferred from 16.4 V.", "battery"),),
+    }
+    return Recording(**(fields | changes))  # type: ignore[arg-type]
+
+
+def segments() -> tuple[Segment, ...]:
+    return tuple(
+        Segment(
+            motion=motion,
+            start_s=start,
+            stop_s=stop,
+            basis=Basis.SETPOINT if motion is not Motion.GROUND else Basis.NONE,
+            load=LoadStatistics(
+                charge_C=mean * (stop - start),
+                energy_J=mean * (stop - start) * 15.8,
+                mean_A=mean,
+                rms_A=mean * 1.001,
+                p99_A=mean + 0.5,
+                ripple_A=0.35,
+            ),
+        )
+        for motion, start, stop, mean in SPANS
+    )
+
+
+def profile() -> PeriodicProfile:
+    t = np.arange(0.0, 10.0, 0.2)
+    return PeriodicProfile(
+        motion=Motion.HOVER,
+        period_s=10.0,
+        time_s=t,
+        current_A=18.0 + 0.5 * np.sin(2 * np.pi * t / 2),
+        source_s=16.0,
+        segments=1,
+        fidelity=Fidelity(
+            mean_A=0.01,
+            rms_A=-0.02,
+            percentile_A=(0.05, 0.0, -0.04),
+            ripple_spectrum=0.08,
+            ramp_rate=0.04,
+            seam_A=0.1,
+        ),
+    )
+
+
+def solution(status: Status = Status.DONE, samples: int = T.size) -> Solution:
+    t, i = T[:samples], CURRENT[:samples]
+    drawn = np.cumsum(i) * 0.2 / (2.2 * 3600)
+    mol = np.array([0.1, 0.09])
+    return Solution(
+        time_s=t,
+        current_A=i,
+        voltage_V=16.4 - 0.031 * i - 0.5 * drawn,
+        temperature_K=298.15 + 0.05 * t,
+        soc=0.95 - drawn,
+        heat_W=0.03 * i**2,
+        audit=LithiumAudit(
+            negative_mol=mol,
+            positive_mol=mol[::-1],
+            electrolyte_mol=np.array([0.01, 0.01]),
+            relative_error=-2e-15,
+            charge_error_C=3e-13,
+        ),
+        status=status,
+        stopped_s=float(T[-1]) if status is Status.DONE else float(t[-1]) + 0.1,
+        steps=samples,
+        retried_steps=0,
+    )
+
+
+def pack() -> PackUse:
+    return PackUse(
+        name="",
+        cell="LiPo 2.2 Ah",
+        cell_source="twin/cells",
+        calibrated=False,
+        series=4,
+        series_inferred=True,
+        parallel=1,
+        capacity_C=2.2 * 3600,
+        serial="77",
+        initial_soc=0.95,
+        initial_K=298.15,
+        ambient_K=298.15,
+        heat_transfer_W_m2_K=12.0,
+        effects=("self_heating",),
+        origins={"capacity_C": "parameter in the log", "initial_soc": "from the voltage at rest"},
+    )
+
+
+def report(
+    *, name: str = "flight.ulg", played: Solution | None = None, **changes: object
+) -> FlightReport:
+    used = recording()
+    load = Load(time_s=T, current_A=CURRENT)
+    fields = {
+        "log": log(name),
+        "recording": used,
+        "segments": segments(),
+        "profiles": {
+            Motion.HOVER: profile(),
+            Motion.VERTICAL: NoProfile(reason="8.0 s of vertical motion, 10 s are needed."),
+        },
+        "alignment_refusal": "",
+        "gaps": Gaps(count=1, total_s=2.5, longest_s=2.5, charge_C=41.0),
+        "pack": pack(),
+        "replay": Replay(
+            load=load,
+            recorded_V=used.voltage_V,
+            judged=used.in_air,
+            solution=played or solution(),
+        ),
+        "provenance": Provenance(
+            sha256="ab" * 32,
+            sensor_name="flight.sensor.csv",
+            sensor_sha256="cd" * 32,
+            pack_sha256="",
+            inputs_sha256="ef" * 32,
+            version="0.1.0",
+            solver="P2D: 300 steps",
+            seconds=1.25,
+        ),
+    }
+    return FlightReport(**(fields | changes))  # type: ignore[arg-type]
