@@ -3,7 +3,7 @@
 import re
 from collections.abc import Iterator
 from enum import Enum
-from itertools import islice
+from itertools import islice, pairwise
 
 from flightlogs.errors import NotALog
 
@@ -75,7 +75,7 @@ def _is_label_list(text: bytes) -> bool:
 def _chain(head: bytes, start: int) -> bool:
     """True if stamped MAVLink packets follow each other from `start` with stamps that fit."""
     stamps = list(islice(_packet_stamps(head, start), CHAIN))
-    steps = [b - a for a, b in zip(stamps, stamps[1:], strict=False)]
+    steps = [b - a for a, b in pairwise(stamps)]
     return len(stamps) == CHAIN and all(abs(step) < MAX_PAUSE_US for step in steps)
 
 
