@@ -8,20 +8,19 @@ from pathlib import Path
 
 import click
 
-from analyze.fleet import outcomes
 from analyze.find import Found, find, sensor_beside
+from analyze.fleet import outcomes
 from analyze.job import Done, Job, Outcome, sha256_of
 from analyze.lines import closing_line, done_line, failed_line
 from analyze.names import free_name
 from analyze.output import read_result, write_fleet
 from analyze.pack_choice import PackChoice, read_pack
 from analyze.progress import progress
-from analyze.start import effect_ids
 from analyze.version import version
 from flightlogs.detect import is_log
 from reports.fleet import Failure, Fleet, FleetFlight
 from twin.bpx_file import CellError
-from twin.pack_file import PackFileError
+from twin.pack_file import PackFileError, effect_ids
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -9,11 +9,10 @@ from flightlogs.recording import Recording
 from reports.flight import PackUse
 from twin.bpx_file import open_circuit_V
 from twin.cell import Cell
-from twin.effects.self_heating import SelfHeating
+from twin.effects import EFFECTS, SelfHeating
 from twin.pack import Pack
-from twin.pack_file import ZERO_CELSIUS_K, PackFile, PackFileError
+from twin.pack_file import ZERO_CELSIUS_K, PackFile, effect_ids
 
-EFFECTS = {SelfHeating.id: SelfHeating}
 ROOM_K = 298.15
 # At half the capacity in an hour a pack of 10 mOhm a cell and Ah is 5 mV a cell below its rest
 # voltage; the known resistance takes most of that back.
@@ -68,7 +67,6 @@ def pack_use(recording: Recording, file: PackFile | None, cell: Cell, *, builtin
 
 def pack_of(use: PackUse, cell: Cell) -> Pack:
     """The same, as the twin takes it."""
-    on = {SelfHeating.id: SelfHeating(heat_transfer_W_m2_K=use.heat_transfer_W_m2_K)}
     return Pack(
         cell=cell,
         series=use.series,
@@ -76,20 +74,10 @@ def pack_of(use: PackUse, cell: Cell) -> Pack:
         capacity_C=use.capacity_C,
         initial_soc=use.initial_soc,
         initial_K=use.initial_K,
-        effects=tuple(on[effect] for effect in use.effects),
+        effects=tuple(
+            EFFECTS[e](heat_transfer_W_m2_K=use.heat_transfer_W_m2_K) for e in use.effects
+        ),
     )
-
-
-def effect_ids(file: PackFile | None) -> tuple[str, ...]:
-    """What is switched on; PackFileError if this version does not have it."""
-    if file is None or file.twin.physics is None:
-        return tuple(EFFECTS)
-    for name in file.twin.physics:
-        if name not in EFFECTS:
-            raise PackFileError(
-                f"twin.physics: this version has no effect {name!r}; it has {', '.join(EFFECTS)}"
-            )
-    return file.twin.physics
 
 
 def _series(recording: Recording, file: PackFile | None) -> tuple[int, str]:

@@ -112,6 +112,17 @@ def shade(axes: Sequence["Axes"], segments: Sequence[Segment]) -> None:
             )  # fmt: skip
 
 
+def legend(ax: "Axes", also: "Axes | None" = None) -> None:
+    """Names of the lines, above the panel, where they hide nothing."""
+    handles = [*ax.get_lines(), *(also.get_lines() if also else ())]
+    named = [h for h in handles if not str(h.get_label()).startswith("_")]
+    if named:
+        ax.legend(
+            handles=named, loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=len(named),
+            borderaxespad=0.1, frameon=False,
+        )  # fmt: skip
+
+
 def rgb(motion: Motion) -> tuple[float, float, float]:
     """The motion's colour as three numbers in 0..1."""
     return to_rgb(MOTION_COLOUR[motion])

@@ -9,6 +9,8 @@ from typing import Annotated, get_args
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 from pydantic_core import ErrorDetails
 
+from twin.effects import EFFECTS
+
 ZERO_CELSIUS_K = 273.15
 Text = Annotated[str, Field(min_length=1)]
 Count = Annotated[int, Field(ge=1, le=1000, strict=True)]
@@ -74,6 +76,18 @@ def parse_pack_file(text: str, *, name: str) -> PackFile:
         return PackFile.model_validate(document)
     except ValidationError as e:
         raise PackFileError(f"{name}: " + "; ".join(map(_in_words, e.errors()))) from e
+
+
+def effect_ids(pack: PackFile | None) -> tuple[str, ...]:
+    """Effects switched on, all there are if the file is silent; PackFileError if one is unknown."""
+    if pack is None or pack.twin.physics is None:
+        return tuple(EFFECTS)
+    for name in pack.twin.physics:
+        if name not in EFFECTS:
+            raise PackFileError(
+                f"twin.physics: this version has no effect {name!r}; it has {', '.join(EFFECTS)}"
+            )
+    return pack.twin.physics
 
 
 def cell_reference(pack: PackFile, folder: Path) -> str | Path:

@@ -69,7 +69,7 @@ def _figure(report: FlightReport) -> Figure:
     axes[-1].set_xlabel("time since the start of the log [s]")
     axes[-1].set_xlim(float(recording.time_s[0]), float(recording.time_s[-1]))
     for ax in axes:
-        ax.legend(loc="upper right", ncols=2)
+        plots.legend(ax)
     plots.motion_key(canvas, report.segments)
     command = f" Commands: {recording.setpoint_source}." if recording.setpoint_source else ""
     none = "" if has_velocity else " The log has no credible velocity."

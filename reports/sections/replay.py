@@ -101,7 +101,7 @@ def _end_rows(played: Replay) -> tuple[Row, ...]:
 
 def _figure(report: FlightReport, played: Replay) -> Figure:
     solution, m = played.solution, played.solution.time_s.size
-    canvas, axes = plots.panels([2.4, 1.5, 1.3])
+    canvas, axes = plots.panels([2.4, 1.6, 1.6])
     plots.shade(axes, report.segments)
     plots.line(axes[0], solution.time_s, played.recorded_V[:m], plots.MEASURED, "recorded")
     plots.line(axes[0], solution.time_s, solution.voltage_V, plots.SIMULATED, "simulated")
@@ -117,15 +117,13 @@ def _figure(report: FlightReport, played: Replay) -> Figure:
     )
     for ax, label in zip(
         (*axes, warm),
-        ("pack voltage [V]", "residual [mV]", "state of charge [%]", "temperature [°C]"),
+        ("pack voltage [V]", "residual [mV]", "charge [%]", "temperature [°C]"),
         strict=True,
     ):
         ax.set_ylabel(label)
     for ax in axes[:2]:
-        ax.legend(loc="upper right", ncols=2)
-    warm.legend(
-        handles=[*axes[2].get_lines(), *warm.get_lines()], loc="upper right", ncols=2, frameon=False
-    )
+        plots.legend(ax)
+    plots.legend(axes[2], also=warm)
     axes[-1].set_xlabel("time since the start of the log [s]")
     axes[-1].set_xlim(float(solution.time_s[0]), float(solution.time_s[-1]))
     plots.motion_key(canvas, report.segments)
