@@ -1,7 +1,7 @@
 """Measured cells with complete published parameters: our error must be that of the published model.
 
 About:Energy's NMC111 pouch and LFP 18650 come with BPX files and with the RMSE of a DFN model of
-another make on the same recordings. Agreement checks the reading of BPX and the whole model at once.
+another make on the same recordings. Agreement checks the reading of BPX and the model at once.
 """
 
 import warnings
