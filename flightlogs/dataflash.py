@@ -11,6 +11,7 @@ MODE, MSG, VER, PARM    modes, firmware, parameters
 """
 
 from collections.abc import Mapping
+from dataclasses import dataclass, replace
 from datetime import UTC, datetime
 from typing import BinaryIO
 
@@ -20,23 +21,21 @@ from flightlogs import ardupilot, dataflash_motion
 from flightlogs.ardupilot import Identity
 from flightlogs.dataflash_battery import raw_batteries
 from flightlogs.dataflash_binary import is_binary, read_binary
+from flightlogs.dataflash_flight import armed_spans, in_air_spans
 from flightlogs.dataflash_text import is_text, read_text
 from flightlogs.dataflash_time import NOT_DATA, Timed, timed_tables
 from flightlogs.errors import LogDamaged, LogWarning, NotALog
-from flightlogs.log import Channel, FlightLog, Interval, ModeSpan
+from flightlogs.log import Channel, FlightLog, ModeSpan
 from flightlogs.measured import battery_log
-from flightlogs.spans import flying_by_throttle, mode_spans, overlap, switched
+from flightlogs.spans import mode_spans
 from flightlogs.stamps import FileClock
 from flightlogs.table import RawLog
 
-CHANNELS = ("BAT", "BAT2", "CURR", "CUR2", "BCL", "XKF1", "NKF1", "EKF1", "GPS", "PSCN", "PSCE")
 WANTED = frozenset(
-    (*CHANNELS, "PSCD", "PSC", "NTUN", "CTUN", "BARO", "RCIN", "RCOU", "MOTB")
-    + ("EV", "ARM", "MODE", "MSG", "VER", "PARM", "TIME")
+    "BAT BAT2 CURR CUR2 BCL XKF1 NKF1 EKF1 GPS PSCN PSCE PSCD PSC NTUN CTUN BARO RCIN RCOU MOTB "
+    "EV ARM MODE MSG VER PARM TIME PM DSF".split()
 )
 CLOCKS = frozenset(["TimeUS", "TimeMS"])
-ARMED, DISARMED, LANDED, AIRBORNE = 10, 11, 18, 28
-LOST_SHARE = 0.999
 
 
 def read_dataflash(stream: BinaryIO, *, name: str) -> FlightLog:
@@ -52,13 +51,15 @@ def read_dataflash(stream: BinaryIO, *, name: str) -> FlightLog:
     """
     data = stream.read()
     raw, format_ = _decode(data, name)
-    timed, clock, warnings = timed_tables(raw)
+    timed, clock = timed_tables(raw)
     if not any(len(table) for key, (table, _) in timed.items() if key not in NOT_DATA):
         raise LogDamaged(
             f"{name}: a DataFlash log without a single data row that has a time "
-            f"({len(data)} bytes, {raw.recovered_fraction:.0%} decoded); copy it from the card again"
+            f"({len(data)} bytes, {raw.recovered_fraction:.0%} decoded); "
+            "copy it from the card again"
         )
-    return _flight_log(raw, timed, clock, name=name, format_=format_, warnings=warnings)
+    log = _flight_log(_Decoded(raw, timed, clock, _parameters(raw), _texts(raw)), name)
+    return replace(log, format=format_)
 
 
 def _decode(data: bytes, name: str) -> tuple[RawLog, str]:
@@ -72,33 +73,36 @@ def _decode(data: bytes, name: str) -> tuple[RawLog, str]:
     raise NotALog(f"{name}: no FMT record, binary or text, in its {len(data)} bytes")
 
 
-def _flight_log(
-    raw: RawLog,
-    timed: Timed,
-    clock: FileClock,
-    *,
-    name: str,
-    format_: str,
-    warnings: tuple[LogWarning, ...],
-) -> FlightLog:
-    parameters, texts = _parameters(raw), _texts(raw)
-    who = ardupilot.identify(texts, parameters)
+@dataclass(frozen=True, slots=True)
+class _Decoded:
+    """A log with the times of its rows, and what all channels need to know."""
+
+    raw: RawLog
+    timed: Timed
+    clock: FileClock
+    parameters: Mapping[str, float]
+    texts: tuple[str, ...]
+
+
+def _flight_log(log: _Decoded, name: str) -> FlightLog:
+    timed, parameters = log.timed, log.parameters
+    who = ardupilot.identify(log.texts, parameters)
     end_s = _end_s(timed)
     modes = _modes(timed, who, end_s)
     thrust = dataflash_motion.thrust(timed)
-    armed = _armed(timed, end_s)
-    in_air, air_warnings = _in_air(timed, armed, thrust, end_s)
-    judged = [battery_log(b, i) for i, b in enumerate(raw_batteries(timed, parameters))]
     velocity = dataflash_motion.velocity(timed, parameters)
-    said = (*warnings, *_damage(raw), *air_warnings, *_velocity_doubts(velocity))
+    armed = armed_spans(timed, log.clock, end_s)
+    in_air, air_warnings = in_air_spans(timed, armed, thrust, parameters)
+    judged = [battery_log(b, i) for i, b in enumerate(raw_batteries(timed, parameters))]
+    said = (*log.clock.warnings(), *log.raw.warnings(), *_logger_drops(timed), *air_warnings)
     return FlightLog(
         name=name,
-        format=format_,
+        format="dataflash",
         firmware=who.firmware,
         hardware=who.hardware,
         vehicle=who.vehicle,
         vehicle_label=who.label,
-        simulated=ardupilot.is_simulated(parameters, texts),
+        simulated=ardupilot.is_simulated(parameters, log.texts),
         start_utc=_start_utc(timed),
         duration_s=end_s,
         batteries=tuple(battery for battery, _ in judged),
@@ -111,9 +115,8 @@ def _flight_log(
         armed=armed,
         in_air=in_air,
         parameters=ardupilot.kept_parameters(parameters),
-        dropouts_s=0.0,
-        recovered_fraction=raw.recovered_fraction,
-        warnings=said + tuple(w for _, found in judged for w in found),
+        recovered_fraction=log.raw.recovered_fraction,
+        warnings=(*said, *_velocity_doubts(velocity), *(w for _, found in judged for w in found)),
     )
 
 
@@ -149,38 +152,15 @@ def _modes(timed: Timed, who: Identity, end_s: float) -> tuple[ModeSpan, ...]:
     return mode_spans(time_s[known], [n for n, k in zip(names, known, strict=True) if k], end_s)
 
 
-def _events(timed: Timed, on: int, off: int, end_s: float) -> tuple[Interval, ...]:
-    if "EV" not in timed or "Id" not in timed["EV"][0].numbers:
-        return ()
-    table, time_s = timed["EV"]
-    number = table.numbers["Id"]
-    rows = np.isin(number, (on, off)) & np.isfinite(time_s)
-    return switched(time_s[rows], number[rows] == on, start_s=0.0, end_s=end_s)
-
-
-def _armed(timed: Timed, end_s: float) -> tuple[Interval, ...]:
-    """From EV, else from ARM."""
-    found = _events(timed, ARMED, DISARMED, end_s)
-    if found or "ARM" not in timed or "ArmState" not in timed["ARM"][0].numbers:
-        return found
-    table, time_s = timed["ARM"]
-    known = np.isfinite(time_s)
-    return switched(time_s[known], table.numbers["ArmState"][known] > 0, start_s=0.0, end_s=end_s)
-
-
-def _in_air(
-    timed: Timed, armed: tuple[Interval, ...], thrust: Channel | None, end_s: float
-) -> tuple[tuple[Interval, ...] | None, tuple[LogWarning, ...]]:
-    """In-air spans by the autopilot's events, inside the armed spans; else judged by throttle."""
-    judged = _events(timed, AIRBORNE, LANDED, end_s)
-    if judged:
-        return (overlap(judged, armed) if armed else judged), ()
-    if thrust is None:
-        return None, ()
-    flying = flying_by_throttle(thrust.time_s, thrust.values, end_s)
-    inside = overlap(flying, armed) if armed else flying
-    message = "the log does not say when it flew: judged by throttle above 15 % while armed"
-    return inside, (LogWarning("in_air_inferred", message, thrust.source),)
+def _logger_drops(timed: Timed) -> tuple[LogWarning, ...]:
+    """Messages the logger could not write: PM counts them since its last row, DSF in all."""
+    dropped = 0
+    if "PM" in timed and "LogDrop" in timed["PM"][0].numbers:
+        dropped = int(np.sum(timed["PM"][0].numbers["LogDrop"]))
+    elif "DSF" in timed and "Dp" in timed["DSF"][0].numbers:
+        dropped = int(np.max(timed["DSF"][0].numbers["Dp"], initial=0))
+    message = f"the logger says it could not write {dropped} messages"
+    return (LogWarning("logger_dropped", message),) if dropped else ()
 
 
 def _start_utc(timed: Timed) -> datetime | None:
@@ -198,16 +178,6 @@ def _start_utc(timed: Timed) -> datetime | None:
             i = int(good[0])
             return datetime.fromtimestamp(ardupilot.unix_s(week[i], ms[i]) - time_s[i], tz=UTC)
     return None
-
-
-def _damage(raw: RawLog) -> tuple[LogWarning, ...]:
-    if not raw.damaged_places or raw.recovered_fraction > LOST_SHARE:
-        return ()
-    message = (
-        f"{raw.recovered_fraction:.1%} of the file could be decoded; "
-        f"{raw.damaged_places} damaged stretches were skipped"
-    )
-    return (LogWarning("damaged", message),)
 
 
 def _velocity_doubts(velocity: Channel | None) -> tuple[LogWarning, ...]:

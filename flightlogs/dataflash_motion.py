@@ -1,6 +1,7 @@
 """Motion channels of an ArduCopter log: velocity, what was commanded, sticks, thrust, altitude."""
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 
 import numpy as np
 
@@ -194,8 +195,13 @@ def altitude(timed: Timed) -> Channel | None:
             table, time_s = timed[name]
             found = _first(table, labels)
             if found is not None:
-                values, label = found
-                known = np.flatnonzero(np.isfinite(values))
-                start = values[known[0]] if known.size else 0.0
-                return channel(time_s, values - start, f"{name}.{label}")
+                return above_start(channel(time_s, found[0], f"{name}.{found[1]}"))
     return None
+
+
+def above_start(height_m: Channel | None) -> Channel | None:
+    """The same heights, counted from the first known one."""
+    if height_m is None:
+        return None
+    start = height_m.values[np.isfinite(height_m.values)][0]
+    return replace(height_m, values=height_m.values - start)

@@ -1,10 +1,10 @@
 """The time of each row of a DataFlash log, also where the log does not say."""
 
 from collections.abc import Mapping
+from dataclasses import replace
 
 import numpy as np
 
-from flightlogs.errors import LogWarning
 from flightlogs.log import FloatArray
 from flightlogs.measured import MAH_C
 from flightlogs.stamps import FileClock, file_clock
@@ -33,8 +33,12 @@ def own_stamps(table: Table) -> FloatArray | None:
     return None
 
 
-def timed_tables(raw: RawLog) -> tuple[Timed, FileClock, tuple[LogWarning, ...]]:
-    """Every table with its times (NaN for a stray stamp), zero at the first data row."""
+def timed_tables(raw: RawLog) -> tuple[Timed, FileClock]:
+    """Every table with its times, zero at the first data row (stray: NaN), and the clock.
+
+    Rows without a stamp of their own have the time of the last stamped one before them. A log
+    without any stamp has no tables here unless its time can be reconstructed.
+    """
     stamps = {
         name: (table.offset, own)
         for name, table in raw.tables.items()
@@ -43,40 +47,41 @@ def timed_tables(raw: RawLog) -> tuple[Timed, FileClock, tuple[LogWarning, ...]]
     if not stamps:
         return _reconstructed(raw)
     clock = file_clock(stamps)
+    if not np.isfinite(clock.time_s).any():
+        return {}, clock
     times = {
         name: clock.of(table.offset) if name in stamps else clock.at(table.offset)
         for name, table in raw.tables.items()
     }
-    return _from_start(raw, times), clock, clock.warnings()
+    return _from_start(raw, times, clock)
 
 
-def _from_start(raw: RawLog, times: Mapping[str, FloatArray]) -> Timed:
-    first = [np.nanmin(t) for name, t in times.items() if name not in NOT_DATA and _known(t)]
-    start_s = min(first, default=0.0)
-    return {name: (raw.tables[name], np.maximum(t - start_s, 0.0)) for name, t in times.items()}
+def _from_start(
+    raw: RawLog, times: Mapping[str, FloatArray], clock: FileClock
+) -> tuple[Timed, FileClock]:
+    data = [t[np.isfinite(t)] for name, t in times.items() if name not in NOT_DATA]
+    start_s = min((float(t.min()) for t in data if t.size), default=0.0)
+    timed = {name: (raw.tables[name], np.maximum(t - start_s, 0.0)) for name, t in times.items()}
+    return timed, replace(clock, time_s=clock.time_s - start_s)
 
 
-def _known(time_s: FloatArray) -> bool:
-    return bool(np.isfinite(time_s).any())
-
-
-def _reconstructed(raw: RawLog) -> tuple[Timed, FileClock, tuple[LogWarning, ...]]:
+def _reconstructed(raw: RawLog) -> tuple[Timed, FileClock]:
     """Times of a log without stamps: GPS time of week, else the rhythm of the current rows."""
     gps, current = raw.tables.get("GPS"), raw.tables.get("CURR")
     if gps is not None and GPS_WEEK_TIME in gps.numbers and len(gps) > 1:
-        stamps = (gps.offset, gps.numbers[GPS_WEEK_TIME] * MILLI)
+        base = gps.offset, gps.numbers[GPS_WEEK_TIME] * MILLI
         reason = f"the time of week of its {len(gps)} GPS rows"
     elif current is not None and len(current) > 1:
         period_s, evidence = row_period(current)
-        stamps = (current.offset, np.arange(len(current)) * period_s)
+        base = current.offset, np.arange(len(current)) * np.float64(period_s)
         reason = f"{len(current)} CURR rows every {period_s:.3g} s ({evidence})"
     else:
-        return {}, file_clock({}), ()
-    clock = file_clock({"base": stamps})
+        return {}, file_clock({})
+    clock = replace(file_clock({"base": base}), reconstructed_from=reason)
+    if not np.isfinite(clock.time_s).any():
+        return {}, clock
     times = {name: clock.between(t.offset) for name, t in raw.tables.items()}
-    message = f"the log has no time on its rows: taken from {reason}"
-    warning = LogWarning("time_base_reconstructed", message, "time")
-    return _from_start(raw, times), clock, (warning, *clock.warnings())
+    return _from_start(raw, times, clock)
 
 
 def row_period(current: Table) -> tuple[float, str]:

@@ -92,7 +92,7 @@ class _Judge:
 
 
 def battery_log(raw: RawBattery, instance: int) -> tuple[BatteryLog, tuple[LogWarning, ...]]:
-    """The battery with unmeasured channels None, its times strictly increasing, and the warnings."""
+    """The battery, its unmeasured channels None and its times increasing, and the warnings."""
     judge = _Judge(raw.label)
     kept = increasing(raw.time_s)
     if dropped := int(kept.size - kept.sum()):

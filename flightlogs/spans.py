@@ -53,11 +53,11 @@ def mode_spans(time_s: FloatArray, names: Sequence[str], end_s: float) -> tuple[
 
 
 def flying_by_throttle(
-    time_s: FloatArray, throttle: FloatArray, end_s: float
+    time_s: FloatArray, throttle: FloatArray, threshold: float, end_s: float
 ) -> tuple[Interval, ...]:
     """Spans with more throttle than any landed multirotor needs; short dips and bursts ignored."""
     known = np.isfinite(throttle)
-    raw = spans_of(time_s[known], throttle[known] > IN_AIR_THROTTLE, end_s)
+    raw = spans_of(time_s[known], throttle[known] > threshold, end_s)
     joined: list[Interval] = []
     for span in raw:
         if joined and span.start_s - joined[-1].stop_s < THROTTLE_DIP_S:

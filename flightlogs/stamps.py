@@ -1,4 +1,4 @@
-"""Raw stamps of a whole file -> one clock: stray stamps dropped, steps back undone, both counted."""
+"""Raw stamps of a whole file -> one clock; stray stamps and steps back are mended and counted."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -25,12 +25,14 @@ class FileClock:
         time_s: (n,) their repaired time; NaN for a stray one.
         strays: stamps that fit nothing around them.
         steps_back: places where the clock went back; what follows was shifted to go on from there.
+        reconstructed_from: the evidence for a clock the log itself does not have, else "".
     """
 
     offset: Index
     time_s: FloatArray
     strays: int
     steps_back: int
+    reconstructed_from: str = ""
 
     def at(self, offset: Index) -> FloatArray:
         """(m,) time of the last stamped record at or before each byte offset."""
@@ -53,7 +55,11 @@ class FileClock:
             ("stray_stamps", self.strays, "stamps fit nothing around them and were left out"),
             ("clock_stepped_back", self.steps_back, "steps back of the clock were closed up"),
         )
-        return tuple(LogWarning(code, f"{n} {text}", "time") for code, n, text in said if n)
+        mended = tuple(LogWarning(code, f"{n} {text}", "time") for code, n, text in said if n)
+        if not self.reconstructed_from:
+            return mended
+        message = f"the log has no time on its rows: taken from {self.reconstructed_from}"
+        return (LogWarning("time_base_reconstructed", message, "time"), *mended)
 
 
 def file_clock(stamps: Mapping[str, tuple[Index, FloatArray]]) -> FileClock:

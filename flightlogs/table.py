@@ -6,10 +6,12 @@ from dataclasses import dataclass, field
 import numpy as np
 import numpy.typing as npt
 
+from flightlogs.errors import LogWarning
 from flightlogs.log import FloatArray
 
 Index = npt.NDArray[np.int64]
 Strings = tuple[str, ...]
+WHOLE = 0.999
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -69,3 +71,13 @@ class RawLog:
     def recovered_fraction(self) -> float:
         """Share of the bytes that were decoded, 0..1."""
         return self.decoded_bytes / self.total_bytes if self.total_bytes else 0.0
+
+    def warnings(self) -> tuple[LogWarning, ...]:
+        """What could not be decoded; a logger's padding of its last page is not worth a word."""
+        if not self.damaged_places or self.recovered_fraction > WHOLE:
+            return ()
+        message = (
+            f"{self.recovered_fraction:.1%} of the file could be decoded; "
+            f"{self.damaged_places} damaged stretches were skipped"
+        )
+        return (LogWarning("damaged", message),)

@@ -1,0 +1,75 @@
+"""When an ArduCopter was armed and in the air, by its events, else by its throttle."""
+
+from collections.abc import Mapping
+
+import numpy as np
+import numpy.typing as npt
+
+from flightlogs.dataflash_time import Timed
+from flightlogs.errors import LogWarning
+from flightlogs.log import Channel, FloatArray, Interval
+from flightlogs.spans import IN_AIR_THROTTLE, flying_by_throttle, overlap, switched
+from flightlogs.stamps import FileClock
+
+ARMED, DISARMED, LANDED, AIRBORNE = 10, 11, 18, 28  # EV.Id
+PAUSE_S = 5.0  # no record for longer: the logger was off, as it is while disarmed
+IDLE_MARGIN = 0.05
+PERMILLE = 1e-3
+
+
+def armed_spans(timed: Timed, clock: FileClock, end_s: float) -> tuple[Interval, ...]:
+    """From EV, else from ARM; a log that pauses before it is armed again was disarmed meanwhile."""
+    found = _states(timed, "EV", "Id", (ARMED,), (DISARMED,))
+    if not found[0].size:
+        found = _states(timed, "ARM", "ArmState", (1,), (0,))
+    time_s, on = _with_pauses(*found, clock)
+    return switched(time_s, on, start_s=0.0, end_s=end_s)
+
+
+def in_air_spans(
+    timed: Timed,
+    armed: tuple[Interval, ...],
+    thrust: Channel | None,
+    parameters: Mapping[str, float],
+) -> tuple[tuple[Interval, ...] | None, tuple[LogWarning, ...]]:
+    """By the events `not landed` and `land complete` while armed; without them by throttle."""
+    end_s = max((float(np.nanmax(t)) for _, t in timed.values() if t.size), default=0.0)
+    time_s, on = _states(timed, "EV", "Id", (AIRBORNE,), (LANDED,))
+    judged = switched(time_s, on, start_s=0.0, end_s=end_s)
+    if judged:
+        return (overlap(judged, armed) if armed else judged), ()
+    if thrust is None:
+        return None, ()
+    idle = parameters.get("THR_MIN", 0.0) * PERMILLE  # 3.x: throttle of the armed, landed vehicle
+    threshold = max(IN_AIR_THROTTLE, idle + IDLE_MARGIN)
+    flying = flying_by_throttle(thrust.time_s, thrust.values, threshold, end_s)
+    inside = overlap(flying, armed) if armed else flying
+    message = f"the log does not say when it flew: judged by throttle above {threshold:.0%}"
+    return inside, (LogWarning("in_air_inferred", message, thrust.source),)
+
+
+def _states(
+    timed: Timed, name: str, label: str, on: tuple[int, ...], off: tuple[int, ...]
+) -> tuple[FloatArray, npt.NDArray[np.bool_]]:
+    """Times and states of the rows that switch something."""
+    if name not in timed or label not in timed[name][0].numbers:
+        return np.zeros(0), np.zeros(0, dtype=bool)
+    table, time_s = timed[name]
+    number = table.numbers[label]
+    rows = np.isin(number, on + off) & np.isfinite(time_s)
+    return time_s[rows], np.isin(number[rows], on)
+
+
+def _with_pauses(
+    time_s: FloatArray, on: npt.NDArray[np.bool_], clock: FileClock
+) -> tuple[FloatArray, npt.NDArray[np.bool_]]:
+    """Where it is switched on twice and the log pauses in between, it was off from the pause on."""
+    logged = np.sort(clock.time_s[np.isfinite(clock.time_s)])
+    times, states = list(time_s), list(on)
+    for i in range(len(on) - 1, 0, -1):
+        if on[i] and on[i - 1]:
+            between = logged[(logged >= time_s[i - 1]) & (logged <= time_s[i])]
+            if between.size > 1 and np.max(np.diff(between)) > PAUSE_S:
+                times.insert(i, between[int(np.argmax(np.diff(between)))])
+                states.insert(i, np.False_)
+    return np.array(times), np.array(states, dtype=bool)
