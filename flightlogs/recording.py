@@ -61,6 +61,7 @@ class Recording:
         velocity_m_s: (n, 3) north, east, down; None if the log has no (credible) velocity.
         velocity_setpoint_m_s: (n, 3), NaN where not commanded, or None.
         setpoint_source: the logged topic that the setpoint came from, "" if none.
+        position_setpoint_m: (n, 3) north, east, down, NaN where not commanded, or None.
         in_air: (n,) bool.
         flight: the span of the flight analysed (take-off to landing).
         other_flights: armed spans of the same log that are not analysed.
@@ -92,6 +93,7 @@ class Recording:
     flight: Interval
     other_flights: tuple[Interval, ...] = ()
     modes: tuple[ModeSpan, ...] = ()
+    position_setpoint_m: FloatArray | None = None
     sticks: Channel | None = None
     series: int
     series_inferred: bool
