@@ -17,7 +17,8 @@ from analyze.output import read_result, write_fleet
 from analyze.pack_choice import PackChoice, read_pack
 from analyze.progress import progress
 from analyze.version import version
-from flightlogs.detect import is_log
+from flightlogs.detect import HEAD_BYTES, detect
+from flightlogs.errors import NotALog
 from reports.fleet import Failure, Fleet, FleetFlight
 from twin.bpx_file import CellError
 from twin.pack_file import PackFileError, effect_ids
@@ -102,7 +103,12 @@ def _found(options: Options) -> Found:
 
 def _is_log(path: Path) -> bool:
     with path.open("rb") as stream:
-        return is_log(stream)
+        head = stream.read(HEAD_BYTES)
+    try:
+        detect(head, name="")
+    except NotALog:
+        return False
+    return True
 
 
 def _make_writable(out: Path) -> None:

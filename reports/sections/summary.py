@@ -75,9 +75,14 @@ def _flight(report: FlightReport) -> tuple[Row, ...]:
     peak = float(np.max(recording.current_A[flown])) if flown.any() else None
     drawn = 100 * charge_C / report.pack.capacity_C
     return (
-        Row(label="Flight", value=minutes(flight.duration_s), unit="min:s", note=_where(flight)),
         Row(
-            label="Charge drawn in the segments",
+            label="Time in flight",
+            value=minutes(flight.duration_s),
+            unit="min:s",
+            note=_where(flight),
+        ),
+        Row(
+            label="Charge drawn in the log",
             value=ampere_hours(charge_C),
             unit="Ah",
             note=f"{fixed(drawn, 0)} % of the capacity; {recording.current_source} current",

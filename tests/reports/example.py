@@ -147,7 +147,7 @@ def solution(status: Status = Status.DONE, samples: int = T.size) -> Solution:
             charge_error_C=3e-13,
         ),
         status=status,
-        stopped_s=float(T[-1]) if status is Status.DONE else float(t[-1]) + 0.1,
+        stopped_s=float(T[samples - 1]) if status is Status.DONE else max(samples * 0.2 - 0.1, 0.0),
         steps=samples,
         retried_steps=0,
     )

@@ -1,0 +1,57 @@
+"""The page in a real browser, cut off from the network."""
+
+import re
+import shutil
+import subprocess
+from pathlib import Path
+
+import pytest
+
+from reports.page import flight_page
+from reports.render import render
+from tests.reports import example
+
+BROWSER = next(
+    (p for name in ("chromium", "chromium-browser", "google-chrome") if (p := shutil.which(name))),
+    None,
+)
+pytestmark = [
+    pytest.mark.slow,
+    pytest.mark.skipif(BROWSER is None, reason="no Chromium in the path"),
+]
+PROBE = """<script>
+const height = drawing => drawing.getBoundingClientRect().height;
+document.title = [
+  document.documentElement.scrollWidth - innerWidth,
+  [...document.querySelectorAll("svg")].filter(drawing => height(drawing) < 40).length,
+  performance.getEntriesByType("resource").length,
+  document.querySelectorAll("figure").length,
+].join();
+</script>"""
+
+
+def dom(folder: Path, html: str, width: int) -> str:
+    page = folder / "page.html"
+    page.write_text(html, encoding="utf-8")
+    arguments = [
+        str(BROWSER), "--headless", "--no-sandbox", "--disable-gpu", "--disable-quic",
+        "--no-first-run", "--disable-background-networking", "--disable-component-update",
+        "--disable-sync", "--host-resolver-rules=MAP * ~NOTFOUND",
+        f"--user-data-dir={folder / 'profile'}", f"--window-size={width},900",
+        "--dump-dom", page.as_uri(),
+    ]  # fmt: skip
+    run = subprocess.run(arguments, capture_output=True, text=True, check=True, timeout=120)
+    return run.stdout
+
+
+@pytest.mark.parametrize("width", [600, 1200])
+def test_a_browser_lays_the_page_out_without_fetching_or_overflowing(
+    tmp_path: Path, width: int
+) -> None:
+    html = render(flight_page(example.report(name=example.EVIL)))
+    probed = dom(tmp_path, html.replace("</body>", PROBE + "</body>"), width)
+    title = re.search("<title>(.*?)</title>", probed)
+    assert title is not None
+    overflow, flat_drawings, fetched, figures = map(int, title.group(1).split(","))
+    assert overflow <= 0
+    assert (flat_drawings, fetched, figures) == (0, 0, 3)

@@ -1,0 +1,57 @@
+"""The page of a folder."""
+
+from dataclasses import replace
+from datetime import UTC, datetime
+
+from reports.fleet import Failure, Fleet, FleetFlight, fleet_page
+from reports.render import render
+from reports.results import result_of
+from tests.reports import example
+from twin.solution import Status
+
+
+def flight(folder: str, day: int | None, **changes: object) -> FleetFlight:
+    start = None if day is None else datetime(2025, 6, day, tzinfo=UTC)
+    log = replace(example.log(f"{folder}.ulg"), start_utc=start)
+    return FleetFlight(folder=folder, result=result_of(example.report(log=log, **changes)))
+
+
+FLEET = Fleet(
+    flights=(flight("b", None), flight("c 1%", 3), flight("a", 1)),
+    failures=(Failure(file="logs/<x>.ulg", code="no_current", reason="0 A all along"),),
+    passed_over=7,
+    version="0.1.0",
+)
+
+
+def test_flights_stand_in_the_order_of_their_start_and_those_without_one_last() -> None:
+    table = fleet_page(FLEET).sections[0].tables[0]
+    assert [row[0].text for row in table.rows] == ["a.ulg", "c 1%.ulg", "b.ulg"]
+
+
+def test_links_lead_to_the_pages_whatever_the_folder_is_called() -> None:
+    assert 'href="c%201%25/report.html"' in render(fleet_page(FLEET))
+
+
+def test_failures_are_listed_with_their_reason_and_escaped() -> None:
+    html = render(fleet_page(FLEET))
+    assert "logs/&lt;x&gt;.ulg" in html
+    assert "no_current" in html
+    assert "0 A all along" in html
+
+
+def test_the_sums_are_those_of_the_flights() -> None:
+    rows = {r.label: r.value for r in fleet_page(FLEET).sections[0].rows}
+    assert rows["Time in flight"] == "2:18"
+    assert rows["Files that are no logs"] == "7"
+
+
+def test_a_fleet_where_nothing_could_be_analysed_has_a_page() -> None:
+    page = fleet_page(replace(FLEET, flights=()))
+    assert "0 flights analysed, 1 logs not" in render(page)
+
+
+def test_a_replay_that_ended_early_is_marked() -> None:
+    early = flight("a", 1, played=example.solution(Status.LOWER_CUT_OFF, 100))
+    table = fleet_page(replace(FLEET, flights=(early,))).sections[0].tables[0]
+    assert table.rows[0][8].text.endswith("(ended early)")

@@ -1,0 +1,106 @@
+"""`result.json`: its schema is shipped, current, and kept by every report."""
+
+import json
+from dataclasses import replace
+from importlib import resources
+
+import jsonschema
+import numpy as np
+import pytest
+from pydantic import ValidationError
+
+from reports.result import Result, schema_text
+from reports.results import result_of
+from tests.reports import example
+from twin.solution import Status
+
+SHIPPED = (resources.files("reports") / "result.schema.json").read_text(encoding="utf-8")
+NO_VOLTAGE = example.recording(voltage_V=np.full(example.T.size, np.nan), alignment=None)
+REPORTS = {
+    "whole": example.report(),
+    "without a sensor": example.report(recording=NO_VOLTAGE, segments=()),
+    "ended early": example.report(played=example.solution(Status.ELECTRODE_EMPTY, 50)),
+    "ended at once": example.report(played=example.solution(Status.NOT_CONVERGED, 0)),
+    "no date": example.report(log=replace(example.log(), start_utc=None)),
+}
+# The contract that other programs rely on, written out by hand.
+KEYS = {
+    "": "schema_version flight pack quality alignment segments motions replay mismatch provenance",
+    "flight": "file sha256 format firmware vehicle start_utc duration_s in_air_s",
+    "quality": "warnings dropouts_s recovered_fraction coulomb_check resistance_mohm",
+    "alignment": "method offset_s drift_ppm correlation uncertainty_s",
+    "motions": "hover vertical horizontal",
+    "replay": "voltage_rmse_mv max_error_mv final_soc max_temperature_c lithium_audit",
+    "provenance": "version cell parameters solver seconds",
+}
+MOTION_KEYS = (
+    "time_s charge_ah energy_wh mean_current_a rms_current_a p99_current_a ripple_a damage "
+    "relative_to_constant_current"
+)
+
+
+def document(which: str) -> dict:
+    return json.loads(result_of(REPORTS[which]).model_dump_json())
+
+
+def test_the_shipped_schema_is_current() -> None:
+    assert schema_text() == SHIPPED, "python -m reports.result > reports/result.schema.json"
+
+
+@pytest.mark.parametrize("which", REPORTS)
+def test_every_result_keeps_the_schema(which: str) -> None:
+    schema = json.loads(SHIPPED)
+    jsonschema.Draft202012Validator.check_schema(schema)
+    checker = jsonschema.Draft202012Validator(
+        schema, format_checker=jsonschema.Draft202012Validator.FORMAT_CHECKER
+    )
+    checker.validate(document(which))
+
+
+@pytest.mark.parametrize("which", REPORTS)
+def test_a_result_is_read_back_as_it_was_written(which: str) -> None:
+    result = result_of(REPORTS[which])
+    assert Result.model_validate_json(result.model_dump_json()) == result
+
+
+@pytest.mark.parametrize("part", KEYS)
+def test_the_agreed_keys_are_there(part: str) -> None:
+    whole = document("whole")
+    assert set(KEYS[part].split()) <= set(whole[part] if part else whole)
+
+
+def test_each_motion_has_the_agreed_keys_and_a_motion_not_flown_is_null() -> None:
+    whole = document("whole")["motions"]
+    assert set(whole["hover"]) == set(MOTION_KEYS.split())
+    assert document("without a sensor")["motions"] == dict.fromkeys(whole)
+
+
+def test_what_is_not_built_yet_is_null_in_the_result_and_in_the_schema() -> None:
+    whole, schema = document("whole"), json.loads(SHIPPED)
+    assert whole["mismatch"] is None
+    assert schema["properties"]["mismatch"]["type"] == "null"
+    motion = schema["$defs"]["MotionPart"]["properties"]
+    assert {motion[k]["type"] for k in ("damage", "relative_to_constant_current")} == {"null"}
+
+
+def test_a_number_that_is_none_never_reaches_the_file() -> None:
+    with pytest.raises(ValidationError):
+        result_of(
+            example.report(provenance=replace(example.report().provenance, seconds=float("nan")))
+        )
+
+
+def test_units_are_those_of_the_keys() -> None:
+    whole = document("whole")
+    assert whole["motions"]["hover"]["charge_ah"] == pytest.approx(18 * 16 / 3600)
+    assert whole["motions"]["hover"]["energy_wh"] == pytest.approx(18 * 16 * 15.8 / 3600)
+    assert whole["quality"]["resistance_mohm"] == pytest.approx(30.0)
+    assert whole["replay"]["max_temperature_c"] == pytest.approx(25 + 0.05 * example.T[-1])
+    assert whole["replay"]["final_soc"] == example.solution().soc[-1]
+    assert whole["pack"]["capacity_ah"] == pytest.approx(2.2)
+
+
+def test_the_percentile_is_that_of_the_samples_of_all_segments() -> None:
+    inside = (example.T >= 14) & (example.T < 30)
+    expected = np.quantile(example.CURRENT[inside], 0.99)
+    assert document("whole")["motions"]["hover"]["p99_current_a"] == pytest.approx(expected)

@@ -1,0 +1,159 @@
+"""What every section of a page keeps to, and what some of them must say."""
+
+import re
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from reports.flight import Gaps
+from reports.section import Section, Severity
+from reports.sections import FLIGHT_SECTIONS
+from reports.sections.alignment import alignment
+from reports.sections.course import course
+from reports.sections.motions import motions
+from reports.sections.profiles import profiles
+from reports.sections.quality import quality
+from reports.sections.replay import replay
+from reports.sections.summary import summary
+from tests.reports import example
+from twin.solution import Status
+
+POOR = example.report(  # next to nothing was logged
+    recording=example.recording(
+        velocity_m_s=None,
+        velocity_setpoint_m_s=None,
+        setpoint_source="",
+        voltage_V=np.full(example.T.size, np.nan),
+        coulomb_check=None,
+        resistance_ohm=None,
+        alignment=None,
+        other_flights=(),
+        other_batteries=(),
+        warnings=(),
+    ),
+    segments=(),
+    profiles={},
+    gaps=Gaps(),
+)
+REPORTS = {"rich": example.report(), "poor": POOR}
+
+
+@pytest.mark.parametrize("which", REPORTS)
+@pytest.mark.parametrize("section", FLIGHT_SECTIONS)
+def test_a_section_has_a_title_full_tables_and_described_drawings(section, which) -> None:
+    made = section(REPORTS[which])
+    if made is None:
+        assert which == "poor"
+        return
+    assert made.id
+    assert made.title
+    for table in made.tables:
+        assert table.caption
+        assert {len(row) for row in table.rows} <= {len(table.columns)}
+    for figure in made.figures:
+        assert len(figure.description) > 20
+        assert figure.svg.startswith("<svg ")
+    assert not re.search(r"\bnan\b", repr(replace(made, figures=())), re.IGNORECASE)
+
+
+def test_section_ids_are_unique() -> None:
+    made = [section(REPORTS["rich"]) for section in FLIGHT_SECTIONS]
+    ids = [s.id for s in made if s]
+    assert len(ids) == len(set(ids))
+
+
+def values(section: Section | None) -> dict[str, str]:
+    assert section is not None
+    return {row.label: f"{row.value} {row.unit}".strip() for row in section.rows}
+
+
+def test_an_uncalibrated_pack_is_the_first_thing_said() -> None:
+    first = summary(REPORTS["rich"]).notices[0]
+    assert first.severity is Severity.DOUBT
+    assert "not calibrated to this pack" in first.text
+    pack = replace(example.pack(), calibrated=True)
+    assert not summary(example.report(pack=pack)).notices
+
+
+def test_a_simulated_log_is_said_to_be_one() -> None:
+    log = replace(example.log(), simulated=True)
+    assert "simulated flight" in summary(example.report(log=log)).notices[-1].text
+
+
+def test_charge_is_that_of_the_segments() -> None:
+    charge = sum(mean * (stop - start) for _, start, stop, mean in example.SPANS) / 3600
+    assert values(summary(REPORTS["rich"]))["Charge drawn in the log"] == f"{charge:.3f} Ah"
+
+
+def test_every_warning_is_shown_with_its_code() -> None:
+    notices = quality(REPORTS["rich"]).notices
+    assert [n.code for n in notices] == ["cells_inferred"]
+
+
+def test_bridged_gaps_are_owned_up_to() -> None:
+    row = next(r for r in quality(REPORTS["rich"]).rows if r.label == "Gaps in the current")
+    assert row.value == "1"
+    assert "straight line, 0.011 Ah" in row.note
+
+
+def test_a_refused_sensor_is_named_with_its_reason() -> None:
+    report = example.report(
+        recording=example.recording(alignment=None), alignment_refusal="steady hover (steady)"
+    )
+    section = alignment(report)
+    assert section is not None
+    assert "steady hover (steady)" in section.notices[0].text
+    assert "autopilot's current was used" in section.notices[0].text
+
+
+def test_a_flight_without_a_sensor_has_no_alignment() -> None:
+    assert alignment(POOR) is None
+
+
+def test_the_disagreement_of_the_currents_is_reported() -> None:
+    got = values(alignment(REPORTS["rich"]))
+    assert got["Gain against the autopilot"] == "1.040"
+    assert got["Offset against the autopilot"] == "-0.30 A"
+
+
+def test_the_cut_says_what_decided_it() -> None:
+    assert "commanded velocity (82 % of the time)" in course(REPORTS["rich"]).lead[0]
+
+
+def test_a_motion_is_the_sum_of_its_segments() -> None:
+    twice = (*example.segments()[:3], replace(example.segments()[2], start_s=56.0, stop_s=60.0))
+    section = motions(example.report(segments=twice))
+    assert section is not None
+    hover = next(r for r in section.tables[0].rows if r[0].text == "hover")
+    assert [c.text for c in hover[1:6]] == ["2", "20.0", "0.1600", "2.528", "18.00"]
+
+
+def test_a_motion_with_too_little_data_says_so() -> None:
+    section = profiles(REPORTS["rich"])
+    assert section is not None
+    assert (
+        section.notices[0].text
+        == "Vertical: no profile. 8.0 s of vertical motion, 10 s are needed."
+    )
+
+
+def test_a_replay_that_ended_early_says_when_and_why() -> None:
+    section = replay(example.report(played=example.solution(Status.ELECTROLYTE_DEPLETED, 100)))
+    assert "at 19.9 s: the electrolyte ran out of salt" in section.notices[0].text
+    assert values(section)["Highest temperature"] == "26.0 °C"
+
+
+def test_a_replay_that_ended_at_once_is_shown_without_a_drawing() -> None:
+    report = example.report(played=example.solution(Status.NOT_CONVERGED, 0))
+    section = replay(report)
+    assert not section.figures
+    assert values(section)["Voltage error, RMS"] == "– mV"
+
+
+def test_the_replay_error_is_that_of_the_flight() -> None:
+    report = REPORTS["rich"]
+    solution, air = report.replay.solution, report.recording.in_air
+    error = (report.recording.voltage_V - solution.voltage_V)[air]
+    rmse = 1000 * float(np.sqrt(np.mean(error**2)))
+    assert values(replay(report))["Voltage error, RMS"] == f"{rmse:.1f} mV"
