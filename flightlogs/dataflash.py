@@ -10,9 +10,10 @@ EV, ARM                 armed and in-air spans
 MODE, MSG, VER, PARM    modes, firmware, parameters
 """
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
-from datetime import UTC, datetime
+from datetime import datetime
 from typing import BinaryIO
 
 import numpy as np
@@ -30,11 +31,13 @@ from flightlogs.measured import battery_log
 from flightlogs.spans import mode_spans
 from flightlogs.stamps import FileClock
 from flightlogs.table import RawLog
+from flightlogs.utc import utc_at
 
-WANTED = frozenset(
-    "BAT BAT2 CURR CUR2 BCL XKF1 NKF1 EKF1 GPS PSCN PSCE PSCD PSC NTUN CTUN BARO RCIN RCOU MOTB "
-    "EV ARM MODE MSG VER PARM TIME PM DSF".split()
-)
+BATTERY = ("BAT", "BAT2", "CURR", "CUR2", "BCL")
+MOTION = ("XKF1", "NKF1", "EKF1", "GPS", "PSCN", "PSCE", "PSCD", "PSC", "NTUN", "CTUN", "BARO")
+INPUTS = ("RCIN", "RCOU", "MOTB")
+EVENTS = ("EV", "ARM", "MODE", "MSG", "VER", "PARM", "TIME", "PM", "DSF")
+WANTED = frozenset([*BATTERY, *MOTION, *INPUTS, *EVENTS])
 CLOCKS = frozenset(["TimeUS", "TimeMS"])
 
 
@@ -124,7 +127,8 @@ def _parameters(raw: RawLog) -> Mapping[str, float]:
     table = raw.tables.get("PARM")
     if table is None or "Name" not in table.texts or "Value" not in table.numbers:
         return {}
-    return dict(zip(table.texts["Name"], table.numbers["Value"].tolist(), strict=True))
+    pairs = zip(table.texts["Name"], table.numbers["Value"].tolist(), strict=True)
+    return {name: value for name, value in pairs if math.isfinite(value)}
 
 
 def _texts(raw: RawLog) -> tuple[str, ...]:
@@ -176,7 +180,7 @@ def _start_utc(timed: Timed) -> datetime | None:
         good = np.flatnonzero((status >= dataflash_motion.FIX_3D) & (week > 0) & (time_s >= 0))
         if good.size:
             i = int(good[0])
-            return datetime.fromtimestamp(ardupilot.unix_s(week[i], ms[i]) - time_s[i], tz=UTC)
+            return utc_at(ardupilot.unix_s(week[i], ms[i]) - float(time_s[i]))
     return None
 
 

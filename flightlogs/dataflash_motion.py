@@ -1,11 +1,11 @@
 """Motion channels of an ArduCopter log: velocity, what was commanded, sticks, thrust, altitude."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import replace
 
 import numpy as np
 
 from flightlogs.ardupilot import MANUAL_THROTTLE, sticks_from_pulses
+from flightlogs.channels import above_start, channel, held
 from flightlogs.log import Channel, FloatArray, ModeSpan
 from flightlogs.stamps import increasing
 from flightlogs.table import Table
@@ -15,19 +15,10 @@ PERMILLE = 1e-3
 FILTERS = ("XKF1", "NKF1", "EKF1")  # AHRS_EKF_TYPE 3, 2 and the filter before them
 FIX_3D = 3
 RADIO_CHANNELS = 8
-FRESH_S = 0.5  # controllers log at 10 Hz while they are active: an older row is not in force
 PULSE_US = (1000.0, 2000.0)
 MOTORS = 4
 
 Timed = Mapping[str, tuple[Table, FloatArray]]
-
-
-def channel(time_s: FloatArray, values: FloatArray, source: str) -> Channel | None:
-    """The rows whose time advances as a channel; None if there is no known value among them."""
-    kept = increasing(time_s)
-    if not kept.any() or not np.isfinite(values[kept]).any():
-        return None
-    return Channel(time_s=time_s[kept], values=values[kept], source=source)
 
 
 def _columns(table: Table, labels: Sequence[str]) -> FloatArray | None:
@@ -40,18 +31,6 @@ def _first(table: Table, labels: Sequence[str]) -> tuple[FloatArray, str] | None
     """The first of several names of one quantity that the table has."""
     found = next((label for label in labels if label in table.numbers), None)
     return (table.numbers[found], found) if found is not None else None
-
-
-def held(time_s: FloatArray, values: FloatArray, at_s: FloatArray) -> FloatArray:
-    """The last value in force at each of `at_s`; NaN before the first and when it is stale."""
-    known = np.isfinite(time_s)
-    if not known.any():
-        return np.full(at_s.shape, np.nan)
-    t, v = time_s[known], values[known]
-    order = np.argsort(t, kind="stable")
-    last = np.searchsorted(t[order], at_s, side="right") - 1
-    age_s = at_s - t[order][np.maximum(last, 0)]
-    return np.where((last >= 0) & (age_s <= FRESH_S), v[order][np.maximum(last, 0)], np.nan)
 
 
 def _column_at(
@@ -72,8 +51,8 @@ def velocity(timed: Timed, parameters: Mapping[str, float]) -> Channel | None:
     for name in ("NKF1", "XKF1", "EKF1") if second else FILTERS:
         if name in timed:
             table, time_s = timed[name]
-            core = table.numbers.get("C", np.zeros(len(table))) == 0 if name == "XKF1" else None
-            rows = np.ones(len(table), dtype=bool) if core is None else core
+            core = table.numbers.get("C", np.zeros(len(table)))
+            rows = core == np.min(core, initial=np.inf)  # one of several running side by side
             values = _columns(table, ("VN", "VE", "VD"))
             if values is not None:
                 found = channel(time_s[rows], values[rows], f"{name}.VN,VE,VD")
@@ -197,11 +176,3 @@ def altitude(timed: Timed) -> Channel | None:
             if found is not None:
                 return above_start(channel(time_s, found[0], f"{name}.{found[1]}"))
     return None
-
-
-def above_start(height_m: Channel | None) -> Channel | None:
-    """The same heights, counted from the first known one."""
-    if height_m is None:
-        return None
-    start = height_m.values[np.isfinite(height_m.values)][0]
-    return replace(height_m, values=height_m.values - start)

@@ -85,7 +85,9 @@ class _Lines:
         format_, labels = self.layouts[name]
         fields = line.split(",", len(labels))[1:]  # a text in the last column may hold commas
         fields = [f.strip() for f in fields]
-        if len(fields) == len(labels) and (format_.endswith("Z") or "," not in fields[-1:][0]):
+        if len(fields) == len(labels) and (
+            format_.endswith("Z") or "," not in "".join(fields[-1:])
+        ):
             self.rows[name].append((at, fields))
             return True
         return False

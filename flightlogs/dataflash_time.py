@@ -77,7 +77,7 @@ def _reconstructed(raw: RawLog) -> tuple[Timed, FileClock]:
         reason = f"{len(current)} CURR rows every {period_s:.3g} s ({evidence})"
     else:
         return {}, file_clock({})
-    clock = replace(file_clock({"base": base}), reconstructed_from=reason)
+    clock = file_clock({"base": base}, reconstructed_from=reason)
     if not np.isfinite(clock.time_s).any():
         return {}, clock
     times = {name: clock.between(t.offset) for name, t in raw.tables.items()}

@@ -1,11 +1,9 @@
 """MAVLink's numbers for vehicles and modes, in telemetry and in PX4's parameters."""
 
-from pymavlink import mavutil
+from pymavlink.dialects.v20 import ardupilotmega as mavlink
 
 from flightlogs.ardupilot import mode_name
 from flightlogs.log import Vehicle
-
-mavlink = mavutil.mavlink
 
 MULTIROTORS = ("TRICOPTER", "QUADROTOR", "HEXAROTOR", "OCTOROTOR", "DODECAROTOR", "DECAROTOR")
 TYPES = {

@@ -16,16 +16,18 @@ them (microseconds since boot), each of which stands before the records of its c
 Source: PX4 Firmware `src/modules/sdlog2/sdlog2_messages.h`, `msg/vehicle_status.msg` (2015).
 """
 
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
-from datetime import UTC, datetime
+from datetime import datetime
 from typing import BinaryIO
 
 import numpy as np
 
 from flightlogs.ardupilot import kept_parameters
+from flightlogs.channels import above_start, channel
 from flightlogs.dataflash_binary import is_binary, read_binary
-from flightlogs.dataflash_motion import FIX_3D, above_start, channel
+from flightlogs.dataflash_motion import FIX_3D
 from flightlogs.errors import LogDamaged, LogWarning, NotALog
 from flightlogs.log import BatteryLog, Channel, FlightLog, FloatArray, Interval, ModeSpan
 from flightlogs.mavlink_vehicle import type_name, vehicle_of_type
@@ -33,14 +35,14 @@ from flightlogs.measured import MAH_C, RawBattery, battery_log
 from flightlogs.spans import mode_spans, spans_of
 from flightlogs.stamps import file_clock, increasing
 from flightlogs.table import Table
+from flightlogs.utc import utc_at
 
 WANTED = frozenset(
     ["BATT", "LPOS", "LPSP", "GVSP", "ATTC", "RC", "STAT", "GPS", "VER", "PARM", "TIME"]
 )
 MICRO = 1e-6
-MODES = (
-    "MANUAL ALTCTL POSCTL AUTO_MISSION AUTO_LOITER AUTO_RTL ACRO OFFBOARD STAB RATTITUDE".split()
-)
+AUTO_MODES = ("AUTO_MISSION", "AUTO_LOITER", "AUTO_RTL")  # MainState 3 to 5
+MODES = ("MANUAL", "ALTCTL", "POSCTL", *AUTO_MODES, "ACRO", "OFFBOARD", "STAB", "RATTITUDE")
 NO_SETPOINT = frozenset(["MANUAL", "ACRO", "STAB", "RATTITUDE"])  # attitude only
 NO_HORIZONTAL_SETPOINT = frozenset(["ALTCTL"])
 ARMED_STATES = (2, 3)  # ARMED, ARMED_ERROR
@@ -70,8 +72,10 @@ def read_px4log(stream: BinaryIO, *, name: str) -> FlightLog:
     if start is None:
         raise LogDamaged(f"{name}: no TIME record, so that nothing in it can be timed")
     clock = file_clock({"TIME": (raw.tables["TIME"].offset, start * MICRO)})
-    first = clock.time_s[np.isfinite(clock.time_s)][0]
-    timed = {k: (t, clock.at(t.offset) - first) for k, t in raw.tables.items()}
+    known_s = clock.time_s[np.isfinite(clock.time_s)]
+    if not known_s.size:
+        raise LogDamaged(f"{name}: none of its {start.size} TIME records can be trusted")
+    timed = {k: (t, clock.at(t.offset) - known_s[0]) for k, t in raw.tables.items()}
     log = _flight_log(timed, name)
     return replace(
         log,
@@ -117,7 +121,8 @@ def _parameters(timed: Timed) -> Mapping[str, float]:
         return {}
     table = timed["PARM"][0]
     names, values = table.texts.get("Name", ()), table.numbers.get("Value", np.zeros(0))
-    return dict(zip(names, values.tolist(), strict=False))
+    pairs = zip(names, values.tolist(), strict=False)
+    return {name: value for name, value in pairs if math.isfinite(value)}
 
 
 def _version(timed: Timed) -> tuple[str, str]:
@@ -217,4 +222,4 @@ def _start_utc(timed: Timed) -> datetime | None:
     if not good.size:
         return None
     i = int(good[0])
-    return datetime.fromtimestamp(table.numbers["GPSTime"][i] * MICRO - time_s[i], tz=UTC)
+    return utc_at(float(table.numbers["GPSTime"][i] * MICRO - time_s[i]))

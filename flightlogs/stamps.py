@@ -62,11 +62,14 @@ class FileClock:
         return (LogWarning("time_base_reconstructed", message, "time"), *mended)
 
 
-def file_clock(stamps: Mapping[str, tuple[Index, FloatArray]]) -> FileClock:
+def file_clock(
+    stamps: Mapping[str, tuple[Index, FloatArray]], *, reconstructed_from: str = ""
+) -> FileClock:
     """Repair the stamps of a file.
 
     Args:
         stamps: message type -> ((n,) byte offsets, (n,) raw stamps [s]).
+        reconstructed_from: the evidence, where the stamps are not the log's own.
 
     Returns:
         The clock; of no stamps at all, an empty one.
@@ -75,10 +78,17 @@ def file_clock(stamps: Mapping[str, tuple[Index, FloatArray]]) -> FileClock:
     raw = np.concatenate([np.zeros(0), *(t for _, t in stamps.values())])
     order = np.argsort(offset, kind="stable")
     offset, raw = offset[order], raw[order]
-    stray = is_stray(raw)
+    stray = ~np.isfinite(raw)
+    stray[~stray] = is_stray(raw[~stray])
     time_s = np.where(stray, np.nan, raw)
     time_s[~stray], steps = without_steps(raw[~stray])
-    return FileClock(offset=offset, time_s=time_s, strays=int(stray.sum()), steps_back=steps)
+    return FileClock(
+        offset=offset,
+        time_s=time_s,
+        strays=int(stray.sum()),
+        steps_back=steps,
+        reconstructed_from=reconstructed_from,
+    )
 
 
 def is_stray(time_s: FloatArray) -> npt.NDArray[np.bool_]:
