@@ -2,7 +2,8 @@
 
 from segment.cut import cut
 from segment.detector import MotionDetector
-from segment.profile import Fidelity, PeriodicProfile
+from segment.periodic import ProfileMaker, periodic_profiles
+from segment.profile import Fidelity, PeriodicProfile, TooLittle
 from segment.segment import Basis, LoadStatistics, Motion, Segment
 
 __all__ = [
@@ -12,6 +13,9 @@ __all__ = [
     "Motion",
     "MotionDetector",
     "PeriodicProfile",
+    "ProfileMaker",
     "Segment",
+    "TooLittle",
     "cut",
+    "periodic_profiles",
 ]

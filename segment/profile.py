@@ -20,7 +20,12 @@ class Fidelity:
         percentile_A: (1, 50, 99) percentiles.
         ripple_spectrum: relative RMS difference of the ripple's amplitude spectrum.
         ramp_rate: Kolmogorov-Smirnov distance of the two distributions of dI/dt, 0..1.
-        seam_A: jump of the waveform where it repeats.
+        seam_A: largest jump between samples that did not follow each other in the recording,
+            where the waveform repeats and where it was stitched.
+        usual_step_A: 99th percentile of the jumps between samples that did: what `seam_A` is to be
+            compared with.
+        shift_A: was added to the recorded samples to keep the mean.
+        gain: their distance from the mean was multiplied by this to keep the RMS.
     """
 
     mean_A: float
@@ -29,6 +34,9 @@ class Fidelity:
     ripple_spectrum: float
     ramp_rate: float
     seam_A: float
+    usual_step_A: float = float("nan")
+    shift_A: float = 0.0
+    gain: float = 1.0
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -52,3 +60,18 @@ class PeriodicProfile:
     source_s: float
     segments: int
     fidelity: Fidelity
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class TooLittle:
+    """A motion that has no profile.
+
+    Attributes:
+        motion: which one.
+        source_s: total duration of its segments.
+        reason: one sentence with the numbers.
+    """
+
+    motion: Motion
+    source_s: float
+    reason: str
