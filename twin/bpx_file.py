@@ -1,6 +1,7 @@
 """BPX text -> `Cell`: Battery Parameter eXchange, every version the bpx package reads."""
 
 import json
+import math
 import warnings
 from typing import Any
 
@@ -85,6 +86,7 @@ def read_bpx(text: str, *, name: str) -> Cell:
         positive_hysteresis=_hysteresis(parts.positive_electrode, f"{name}: positive electrode"),
     )
     _check_numbers(cell, name)
+    _check_functions(cell, name)
     _check_window(cell, name)
     return cell
 
@@ -96,6 +98,12 @@ def _document(text: str, name: str) -> dict[str, Any]:
         raise CellError(f"{name}: no JSON: {e}") from e
     if not isinstance(document, dict) or "Header" not in document:
         raise CellError(f"{name}: JSON without a Header: no BPX file")
+    for section in ("Header", "Parameterisation"):
+        if not isinstance(document.get(section), dict):
+            raise CellError(f"{name}: {section} is missing, or holds no fields")
+    for section, content in document["Parameterisation"].items():
+        if not isinstance(content, dict):
+            raise CellError(f"{name}: {section} holds no fields")
     return document
 
 
@@ -106,7 +114,7 @@ def _validated(document: dict[str, Any], name: str) -> bpx.BPX:
     constant stands in while it validates, and `_check_window` does that check.
     """
     sides = [
-        document.get("Parameterisation", {}).get(f"{side} electrode") or {}
+        document["Parameterisation"].get(f"{side} electrode", {})
         for side in ("Negative", "Positive")
     ]
     potentials = [side.get("OCP [V]") for side in sides]
@@ -244,12 +252,41 @@ def _check_numbers(cell: Cell, name: str) -> None:
                 raise CellError(f"{name}: {field} = {value}; more than zero expected")
 
 
+def _check_functions(cell: Cell, name: str) -> None:
+    """CellError where a function has no usable value at the ends of its range in use."""
+    salt = cell.electrolyte
+    initial = (salt.initial_concentration_mol_m3,)
+    checks: list[tuple[str, Function, tuple[float, ...], bool]] = [
+        ("electrolyte: Conductivity", salt.conductivity_S_m, initial, True),
+        ("electrolyte: Diffusivity", salt.diffusivity_m2_s, initial, True),
+    ]
+    for side, e in (("negative", cell.negative), ("positive", cell.positive)):
+        ends = (e.stoichiometry_min, e.stoichiometry_max)
+        checks += [
+            (f"{side} electrode: Diffusivity", e.diffusivity_m2_s, ends, True),
+            (f"{side} electrode: OCP", e.ocp_V, ends, False),
+            (f"{side} electrode: Entropic change coefficient", e.entropic_V_K, ends, False),
+        ]
+    for what, function, arguments, positive in checks:
+        for x in arguments:
+            value = _value(function, x)
+            if not math.isfinite(value) or (positive and value <= 0):
+                raise CellError(
+                    f"{name}: {what} is {value} at {x}; a finite value"
+                    f"{' above zero' if positive else ''} expected"
+                )
+
+
+def _value(function: Function, x: float) -> float:
+    return float(ca.evalf(function(ca.SX(x))))
+
+
 def open_circuit_V(cell: Cell, soc: float) -> float:
     """Open-circuit voltage at rest and reference temperature; soc of the stoichiometry window."""
     n, p = cell.negative, cell.positive
     x = n.stoichiometry_min + soc * (n.stoichiometry_max - n.stoichiometry_min)
     y = p.stoichiometry_max - soc * (p.stoichiometry_max - p.stoichiometry_min)
-    return float(ca.evalf(p.ocp_V(ca.SX(y)) - n.ocp_V(ca.SX(x))))
+    return _value(p.ocp_V, y) - _value(n.ocp_V, x)
 
 
 def _check_window(cell: Cell, name: str) -> None:
