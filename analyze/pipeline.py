@@ -1,14 +1,8 @@
 """One flight from its files to a finished `FlightReport`."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from pathlib import Path
-
-from flightlogs.assemble import assemble
-from flightlogs.read import read_log
-from flightlogs.sensor_csv import read_sensor
-from segment.cut import cut
-from segment.periodic import periodic_profiles
 
 from analyze.names import printable
 from analyze.pack_choice import DEFAULT_CELL, PackChoice, cell_of
@@ -16,12 +10,14 @@ from analyze.replaying import gaps_of, replay
 from analyze.start import pack_use
 from analyze.version import version
 from flightlogs.align import AlignedSensor, AlignmentRefused, align
+from flightlogs.assemble import assemble
 from flightlogs.errors import LogError, LogWarning
 from flightlogs.log import FlightLog
+from flightlogs.read import read_log
 from flightlogs.recording import Recording
-from reports.flight import FlightReport, NoProfile, PackUse, Provenance
-from segment.profile import PeriodicProfile
-from segment.segment import Motion, Segment
+from flightlogs.sensor_csv import read_sensor
+from reports.flight import FlightReport, PackUse, Provenance
+from segment import cut, periodic_profiles
 from twin.replay import Replay
 
 
@@ -77,7 +73,7 @@ def analyse(inputs: Inputs, *, clock: Callable[[], float]) -> FlightReport:
         log=log,
         recording=replace(recording, warnings=doubts),
         segments=segments,
-        profiles=_profiles(recording, segments),
+        profiles=periodic_profiles(recording, segments),
         alignment_refusal=sensor.refusal,
         gaps=gaps_of(recording),
         pack=use,
@@ -98,16 +94,6 @@ def _sensor(inputs: Inputs, log: FlightLog) -> Sensor:
         return Sensor(refusal=f"{e} ({e.code})")
     except LogError as e:
         return Sensor(refusal=str(e))
-
-
-def _profiles(
-    recording: Recording, segments: tuple[Segment, ...]
-) -> Mapping[Motion, PeriodicProfile | NoProfile]:
-    made = periodic_profiles(recording, segments)
-    return {
-        motion: p if isinstance(p, PeriodicProfile) else NoProfile(reason=p.reason)
-        for motion, p in made.items()
-    }
 
 
 def _doubts(

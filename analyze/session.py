@@ -12,7 +12,7 @@ from analyze.find import Found, find, sensor_beside
 from analyze.fleet import outcomes
 from analyze.job import Done, Job, Outcome, sha256_of
 from analyze.lines import closing_line, done_line, failed_line
-from analyze.names import free_name
+from analyze.names import free_name, printable
 from analyze.output import read_result, write_fleet
 from analyze.pack_choice import PackChoice, read_pack
 from analyze.progress import progress
@@ -132,7 +132,7 @@ def _jobs(
         except OSError as e:
             _note_failure(_unreadable(log, e.strerror or str(e)), tally)
             continue
-        name = free_name(log.stem, digest, _taken(options.out, digest, used))
+        name = free_name(printable(log.stem), digest, _taken(options.out, digest, used))
         used.add(name.casefold())
         jobs.append(
             Job(

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 from flightlogs.log import FlightLog
 from flightlogs.recording import Recording
-from segment.profile import PeriodicProfile
+from segment.profile import PeriodicProfile, TooLittle
 from segment.segment import Motion, Segment
 from twin.replay import Replay
 
@@ -70,13 +70,6 @@ class Gaps:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class NoProfile:
-    """Why there is no periodic profile of a motion, in words."""
-
-    reason: str
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
 class Provenance:
     """What made this result, enough to make it again.
 
@@ -120,7 +113,7 @@ class FlightReport:
     log: FlightLog
     recording: Recording
     segments: tuple[Segment, ...]
-    profiles: Mapping[Motion, PeriodicProfile | NoProfile]
+    profiles: Mapping[Motion, PeriodicProfile | TooLittle]
     alignment_refusal: str
     gaps: Gaps
     pack: PackUse

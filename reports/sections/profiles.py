@@ -1,10 +1,10 @@
 """Each motion's current as a waveform that repeats, and how faithful it is."""
 
 from reports import plots
-from reports.flight import FlightReport, NoProfile
+from reports.flight import FlightReport
 from reports.quantity import fixed, significant
 from reports.section import Cell, Column, Figure, Notice, Section, Table
-from segment.profile import PeriodicProfile
+from segment.profile import PeriodicProfile, TooLittle
 
 COLUMNS = (
     Column(title="motion", numeric=False),
@@ -34,7 +34,7 @@ def profiles(report: FlightReport) -> Section | None:
     notices = tuple(
         Notice(text=f"{plots.motion_name(motion).capitalize()}: no profile. {p.reason}")
         for motion, p in report.profiles.items()
-        if isinstance(p, NoProfile)
+        if isinstance(p, TooLittle)
     )
     return Section(
         id="profiles",

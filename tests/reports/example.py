@@ -7,8 +7,8 @@ import numpy as np
 from flightlogs.errors import LogWarning
 from flightlogs.log import FlightLog, Interval, Vehicle
 from flightlogs.recording import ClockFit, Recording
-from reports.flight import FlightReport, Gaps, NoProfile, PackUse, Provenance
-from segment.profile import Fidelity, PeriodicProfile
+from reports.flight import FlightReport, Gaps, PackUse, Provenance
+from segment.profile import Fidelity, PeriodicProfile, TooLittle
 from segment.segment import Basis, LoadStatistics, Motion, Segment
 from twin.load import Load
 from twin.replay import Replay
@@ -184,7 +184,11 @@ def report(
         "segments": segments(),
         "profiles": {
             Motion.HOVER: profile(),
-            Motion.VERTICAL: NoProfile(reason="8.0 s of vertical motion, 10 s are needed."),
+            Motion.VERTICAL: TooLittle(
+                motion=Motion.VERTICAL,
+                source_s=8.0,
+                reason="8.0 s of vertical motion, 10 s are needed.",
+            ),
         },
         "alignment_refusal": "",
         "gaps": Gaps(count=1, total_s=2.5, longest_s=2.5, charge_C=41.0),

@@ -1,0 +1,276 @@
+"""The command from outside: files, words and exit codes. The analysis itself is a stand-in here."""
+
+import json
+import os
+from dataclasses import replace
+from pathlib import Path
+
+import pyarrow.parquet as pq
+import pytest
+from click.testing import CliRunner, Result
+
+import analyze.job
+from analyze.__main__ import main
+from analyze.names import printable
+from analyze.pipeline import Inputs
+from flightlogs.errors import Refusal
+from reports import result as schema
+from tests.reports import example
+
+ULOG = b"ULog\x01\x12\x35\x01" + bytes(8)
+FILES = {"report.html", "result.json", "segments.csv", "profile_hover.csv", "replay.parquet"}
+PACK = '[pack]\nname = "a"\ncell = "lipo_2200"\nseries = 4\n'
+
+
+@pytest.fixture
+def analysed(monkeypatch: pytest.MonkeyPatch) -> list[str]:
+    """Names of the logs the stand-in was asked for; the file's last bytes say how it goes."""
+    asked: list[str] = []
+
+    def analyse(inputs: Inputs, *, clock: object) -> object:
+        del clock
+        asked.append(inputs.log.name)
+        content = inputs.log.read_bytes()
+        if content.endswith(b"refused"):
+            raise Refusal("no_current", "the current is 0.0 A all along")
+        if content.endswith(b"fault"):
+            raise KeyError("a fault of ours")
+        if content.endswith(b"interrupted"):
+            raise KeyboardInterrupt
+        report = example.report(name=printable(inputs.log.name))
+        made = replace(report.provenance, sha256=inputs.log_sha256, inputs_sha256=inputs.sha256)
+        return replace(report, provenance=made)
+
+    monkeypatch.setattr(analyze.job, "analyse", analyse)
+    return asked
+
+
+def call(folder: Path, *arguments: str) -> Result:
+    here = Path.cwd()
+    os.chdir(folder)
+    try:
+        return CliRunner().invoke(main, list(arguments))
+    finally:
+        os.chdir(here)
+
+
+def put(folder: Path, name: str, end: bytes = b"") -> None:
+    path = folder / name
+    path.parent.mkdir(parents=True, exist_ok=True)
+    path.write_bytes(ULOG + end)
+
+
+def made(folder: Path) -> set[str]:
+    return {p.name for p in folder.iterdir()}
+
+
+@pytest.mark.usefixtures("analysed")
+def test_a_log_gives_its_files_and_exit_code_0(tmp_path) -> None:
+    put(tmp_path, "flight.ulg")
+    run = call(tmp_path, "flight.ulg")
+    assert run.exit_code == 0, run.output
+    assert made(tmp_path / "analysis") == {"flight"}
+    assert made(tmp_path / "analysis" / "flight") == FILES
+    assert "analysed  flight.ulg: 0:46 min in flight (hover 16 s" in run.stdout
+    assert "1 analysed." in run.stdout
+
+
+@pytest.mark.usefixtures("analysed")
+def test_the_result_is_for_the_bytes_that_were_read(tmp_path) -> None:
+    put(tmp_path, "flight.ulg")
+    call(tmp_path, "flight.ulg", "--out", "o")
+    text = (tmp_path / "o/flight/result.json").read_bytes()
+    result = schema.Result.model_validate_json(text)
+    assert result.flight.sha256 == analyze.job.sha256_of(tmp_path / "flight.ulg")
+
+
+@pytest.mark.usefixtures("analysed")
+def test_a_folder_gives_an_index_a_table_and_the_failures(tmp_path) -> None:
+    put(tmp_path, "logs/a.ulg")
+    put(tmp_path, "logs/deep/a.ulg", b"other")
+    put(tmp_path, "logs/bad.ulg", b"refused")
+    (tmp_path / "logs/notes.txt").write_text("no log", encoding="utf-8")
+    run = call(tmp_path, "logs", "--out", "o")
+    assert run.exit_code == 1
+    assert "failed    logs/bad.ulg: the current is 0.0 A all along (no_current)" in run.stderr
+    assert "2 analysed, 1 failed, 1 files passed over: no logs." in run.stdout
+    folders = {p.name for p in (tmp_path / "o").iterdir() if p.is_dir()}
+    assert len(folders) == 2
+    assert "a" in folders
+    failures = json.loads((tmp_path / "o/failures.json").read_text(encoding="utf-8"))
+    assert failures == [
+        {
+            "file": "logs/bad.ulg",
+            "code": "no_current",
+            "reason": "the current is 0.0 A all along",
+        }
+    ]
+    table = pq.read_table(tmp_path / "o/fleet.parquet")
+    assert sorted(table["folder"].to_pylist()) == sorted(folders)
+    assert table["hover_s"].to_pylist() == [16.0, 16.0]
+    assert "a/report.html" in (tmp_path / "o/index.html").read_text(encoding="utf-8")
+
+
+def test_what_is_up_to_date_is_kept_and_said_to_be(tmp_path, analysed) -> None:
+    put(tmp_path, "flight.ulg")
+    call(tmp_path, "flight.ulg")
+    run = call(tmp_path, "flight.ulg")
+    assert "kept      flight.ulg" in run.stdout
+    assert "0 analysed, 1 up to date and kept" in run.stdout
+    assert len(analysed) == 1
+    call(tmp_path, "flight.ulg", "--force")
+    assert len(analysed) == 2
+
+
+@pytest.mark.usefixtures("analysed")
+def test_kept_flights_are_in_the_fleet_too(tmp_path) -> None:
+    put(tmp_path, "logs/a.ulg")
+    call(tmp_path, "logs", "--out", "o")
+    call(tmp_path, "logs", "--out", "o")
+    assert pq.read_table(tmp_path / "o/fleet.parquet").num_rows == 1
+
+
+@pytest.mark.parametrize("change", ["pack", "battery", "sensor", "page", "result"])
+def test_what_was_made_from_other_inputs_is_made_again(tmp_path, analysed, change) -> None:
+    put(tmp_path, "flight.ulg")
+    (tmp_path / "pack.toml").write_text(PACK, encoding="utf-8")
+    call(tmp_path, "flight.ulg")
+    more: list[str] = []
+    if change == "pack":
+        more = ["--pack", "pack.toml"]
+    elif change == "battery":
+        more = ["--battery", "1"]
+    elif change == "sensor":
+        (tmp_path / "flight.csv").write_text("time,current\n", encoding="utf-8")
+    elif change == "page":
+        (tmp_path / "analysis/flight/report.html").unlink()
+    else:
+        (tmp_path / "analysis/flight/result.json").write_text("{", encoding="utf-8")
+    call(tmp_path, "flight.ulg", *more)
+    assert len(analysed) == 2
+
+
+def test_another_log_of_the_same_name_does_not_overwrite_the_first(tmp_path, analysed) -> None:
+    put(tmp_path, "x/flight.ulg")
+    put(tmp_path, "y/flight.ulg", b"other")
+    call(tmp_path, "x/flight.ulg")
+    call(tmp_path, "y/flight.ulg")
+    before = made(tmp_path / "analysis")
+    assert len(before) == 2
+    call(tmp_path, "y", "x")
+    assert made(tmp_path / "analysis") - before == {
+        "index.html", "fleet.parquet", "failures.json",
+    }  # fmt: skip
+    assert len(analysed) == 2
+
+
+@pytest.mark.usefixtures("analysed")
+def test_a_profile_of_an_earlier_run_does_not_stay(tmp_path) -> None:
+    put(tmp_path, "flight.ulg")
+    call(tmp_path, "flight.ulg")
+    (tmp_path / "analysis/flight/profile_vertical.csv").write_text("old", encoding="utf-8")
+    (tmp_path / "analysis/flight/notes.txt").write_text("the user's", encoding="utf-8")
+    call(tmp_path, "flight.ulg", "--force")
+    assert made(tmp_path / "analysis/flight") == FILES | {"notes.txt"}
+
+
+@pytest.mark.usefixtures("analysed")
+def test_a_fault_of_the_program_costs_one_log_and_is_owned_up_to(tmp_path) -> None:
+    put(tmp_path, "a.ulg", b"fault")
+    put(tmp_path, "b.ulg")
+    run = call(tmp_path, "a.ulg", "b.ulg")
+    assert run.exit_code == 1
+    assert "KeyError: 'a fault of ours'. This is a fault of the program" in run.stderr
+    assert "Traceback" not in run.stderr
+    assert "analysed  b.ulg" in run.stdout
+    assert "Traceback" in call(tmp_path, "a.ulg", "-v").stderr
+
+
+def test_ctrl_c_leaves_what_is_whole_and_says_how_much(tmp_path, analysed) -> None:
+    put(tmp_path, "logs/a.ulg")
+    put(tmp_path, "logs/b.ulg", b"interrupted")
+    put(tmp_path, "logs/c.ulg")
+    run = call(tmp_path, "logs", "--out", "o")
+    assert run.exit_code == 130
+    assert "Interrupted: 1 analysed." in run.stderr
+    assert made(tmp_path / "o") == {"a"}
+    assert not list(tmp_path.rglob("*.part"))
+    assert analysed == ["a.ulg", "b.ulg"]
+
+
+def test_a_file_that_is_no_log_fails_when_named(tmp_path) -> None:
+    (tmp_path / "notes.txt").write_text("no log", encoding="utf-8")
+    run = call(tmp_path, "notes.txt")
+    assert run.exit_code == 1
+    assert "(not_a_log)" in run.stderr
+
+
+@pytest.mark.usefixtures("analysed")
+def test_quiet_says_only_what_failed(tmp_path) -> None:
+    put(tmp_path, "a.ulg")
+    put(tmp_path, "b.ulg", b"refused")
+    run = call(tmp_path, "a.ulg", "b.ulg", "-q")
+    assert run.stdout == ""
+    assert run.stderr.count("\n") == 1
+
+
+WRONG = {
+    "a missing file": (["nowhere.ulg"], "does not exist"),
+    "nothing": ([], "Missing argument"),
+    "an empty folder": (["empty"], "no flight log in empty (0 files looked at)"),
+    "a folder without logs": (["texts"], "no flight log in texts (1 files looked at)"),
+    "a file as output": (["a.ulg", "--out", "texts/x.txt"], "cannot be made"),
+    "a missing pack": (["a.ulg", "--pack", "none.toml"], "does not exist"),
+    "a bad pack": (["a.ulg", "--pack", "bad.toml"], "did you mean pack.series?"),
+    "an unknown cell": (["a.ulg", "--pack", "cell.toml"], "lipo_2200"),
+    "an unknown effect": (["a.ulg", "--pack", "effect.toml"], "no effect 'sei'"),
+    "one sensor for two": (["a.ulg", "b.ulg", "--sensor", "s.csv"], "--sensor belongs to one log"),
+    "no worker": (["a.ulg", "--jobs", "0"], "not in the range"),
+    "two kinds of workers": (["a.ulg", "--jobs", "2", "--scheduler", "tcp://x"], "only one"),
+    "loud and quiet": (["a.ulg", "-q", "-v"], "contradict"),
+}
+
+
+@pytest.mark.parametrize("case", WRONG)
+def test_wrong_use_is_exit_code_2_with_a_message_and_nothing_written(
+    tmp_path, analysed, case
+) -> None:
+    for name in ("a.ulg", "b.ulg"):
+        put(tmp_path, name)
+    (tmp_path / "empty").mkdir()
+    for name, text in {
+        "texts/x.txt": "no log",
+        "s.csv": "time,current\n",
+        "bad.toml": PACK.replace("series", "serries"),
+        "cell.toml": PACK.replace("lipo_2200", "lipo_2300"),
+        "effect.toml": PACK + '[twin]\nphysics = ["sei"]\n',
+    }.items():
+        (tmp_path / name).parent.mkdir(exist_ok=True)
+        (tmp_path / name).write_text(text, encoding="utf-8")
+    before = sorted(tmp_path.rglob("*"))
+    arguments, said = WRONG[case]
+    run = call(tmp_path, *arguments)
+    assert run.exit_code == 2, run.output
+    assert said in run.output
+    assert sorted(tmp_path.rglob("*")) == before
+    assert not analysed
+
+
+@pytest.mark.usefixtures("analysed")
+def test_a_log_whose_name_is_no_text_is_analysed(tmp_path) -> None:
+    name = b"fl\xffght.ulg".decode("utf-8", "surrogateescape")
+    put(tmp_path, name)
+    run = call(tmp_path, ".")
+    assert run.exit_code == 0, run.output
+    assert (tmp_path / "analysis/index.html").is_file()
+
+
+@pytest.mark.usefixtures("analysed")
+def test_a_folder_that_may_not_be_written_to_is_wrong_use(tmp_path) -> None:
+    put(tmp_path, "a.ulg")
+    (tmp_path / "o").mkdir(mode=0o500)
+    if os.access(tmp_path / "o", os.W_OK):
+        pytest.skip("this user may write everywhere")
+    run = call(tmp_path, "a.ulg", "--out", "o")
+    assert run.exit_code == 2
+    assert "may not be written to" in run.output

@@ -1,0 +1,107 @@
+"""Which files are analysed, and where their results go."""
+
+from pathlib import Path
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from analyze.find import find, sensor_beside
+from analyze.names import RESERVED, free_name, printable
+
+
+def touch(folder: Path, *names: str) -> None:
+    for name in names:
+        path = folder / name
+        path.parent.mkdir(parents=True, exist_ok=True)
+        path.write_text("LOG" if path.suffix in {".ulg", ".data"} else "no log", encoding="utf-8")
+
+
+def is_log(path: Path) -> bool:
+    return path.read_text(encoding="utf-8") == "LOG"
+
+
+def found(folder: Path, *paths: str) -> tuple[list[str], int]:
+    got = find([folder / p for p in paths], besides=folder / "analysis", is_log=is_log)
+    return [p.relative_to(folder).as_posix() for p in got.logs], got.passed_over
+
+
+def test_folders_are_searched_below_by_content_and_what_is_no_log_is_counted(tmp_path) -> None:
+    touch(tmp_path, "a.ulg", "deep/er/b.data", "notes.txt", "deep/picture.png")
+    assert found(tmp_path, ".") == (["a.ulg", "deep/er/b.data"], 2)
+
+
+def test_a_file_that_is_named_is_taken_whatever_it_is(tmp_path) -> None:
+    touch(tmp_path, "notes.txt")
+    assert found(tmp_path, "notes.txt") == (["notes.txt"], 0)
+
+
+def test_results_and_hidden_folders_are_not_searched(tmp_path) -> None:
+    touch(tmp_path, "a.ulg", "analysis/a/b.ulg", ".trash/c.ulg")
+    assert found(tmp_path, ".") == (["a.ulg"], 0)
+
+
+def test_a_log_named_twice_is_analysed_once(tmp_path) -> None:
+    touch(tmp_path, "x/a.ulg")
+    assert found(tmp_path, ".", "x", "x/a.ulg") == (["x/a.ulg"], 0)
+
+
+def test_a_link_to_a_folder_above_does_not_go_round_in_circles(tmp_path) -> None:
+    touch(tmp_path, "x/a.ulg")
+    (tmp_path / "x" / "up").symlink_to(tmp_path, target_is_directory=True)
+    assert found(tmp_path, ".") == (["x/a.ulg"], 0)
+
+
+def test_a_sensor_recording_is_not_counted_as_passed_over(tmp_path) -> None:
+    touch(tmp_path, "a.ulg", "a.sensor.csv", "b.csv")
+    assert found(tmp_path, ".") == (["a.ulg"], 1)
+
+
+def test_a_file_that_cannot_be_read_is_told_and_costs_nothing_else(tmp_path) -> None:
+    touch(tmp_path, "a.ulg", "b.ulg")
+
+    def broken(path: Path) -> bool:
+        if path.name == "a.ulg":
+            raise PermissionError(13, "Permission denied")
+        return True
+
+    got = find([tmp_path], besides=tmp_path / "out", is_log=broken)
+    assert [p.name for p in got.logs] == ["b.ulg"]
+    assert got.unreadable == ((tmp_path / "a.ulg", "Permission denied"),)
+
+
+@pytest.mark.parametrize(
+    ("files", "expected"),
+    [
+        (["flight.csv", "flight.sensor.csv"], "flight.sensor.csv"),
+        (["flight.csv"], "flight.csv"),
+        (["flight.CSV"], "flight.CSV"),
+        (["other.csv"], None),
+        (["flight.csv/x.txt"], None),
+    ],
+)
+def test_the_sensor_of_a_log_has_its_stem(tmp_path, files, expected) -> None:
+    touch(tmp_path, "flight.ulg", *files)
+    sensor = sensor_beside(tmp_path / "flight.ulg")
+    assert (sensor.name if sensor else None) == expected
+
+
+def test_equal_stems_are_kept_apart_by_the_hash() -> None:
+    taken = {"flight"}
+    assert free_name("flight", "0123456789ab", taken.__contains__) == "flight-01234567"
+    taken.add("flight-01234567")
+    assert free_name("flight", "0123456789ab", taken.__contains__) == "flight-01234567-2"
+
+
+@given(st.lists(st.sampled_from(["a", "b", "index.html"]), max_size=12))
+@settings(max_examples=50)
+def test_no_two_logs_share_a_folder_and_none_hides_a_file_of_the_fleet(stems: list[str]) -> None:
+    used: set[str] = set()
+    for k, stem in enumerate(stems):
+        used.add(free_name(stem, f"{k % 3}" * 64, used.__contains__))
+    assert len(used) == len(stems)
+    assert not used & RESERVED
+
+
+def test_a_name_that_is_no_text_can_be_printed() -> None:
+    assert printable(b"fl\xffight.ulg".decode("utf-8", "surrogateescape")) == "fl?ight.ulg"

@@ -1,0 +1,141 @@
+"""Where the numbers of the simulated pack come from."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from analyze.pack_choice import cell_of
+from analyze.start import pack_of, pack_use, rest_voltage, soc_at
+from tests.reports import example
+from twin.bpx_file import open_circuit_V
+from twin.pack_file import parse_pack_file
+
+CELL, _ = cell_of("lipo_2200")
+FILE = parse_pack_file(
+    """
+    [pack]
+    name = "mine"
+    cell = "lipo_2200"
+    capacity_ah = 3.3
+    series = 6
+    parallel = 2
+    serial = "of the file"
+    [start]
+    soc = 0.7
+    temperature_c = 10.0
+    [environment]
+    ambient_c = 5.0
+    heat_transfer_W_m2_K = 20.0
+    [twin]
+    physics = []
+    """,
+    name="pack.toml",
+)
+
+
+def test_without_a_pack_file_everything_is_from_the_log_or_stated() -> None:
+    use = pack_use(example.recording(), None, CELL, builtin=True)
+    assert (use.series, use.parallel) == (4, 1)
+    assert use.capacity_C == example.recording().capacity_C
+    assert not use.calibrated
+    assert use.origins["series"] == "cells in series inferred from the voltage"
+    assert use.origins["capacity_C"] == "parameter in the log"
+    assert use.origins["initial_K"] == "not measured: 25 °C assumed"
+    assert use.origins["initial_soc"].startswith("from the voltage at rest")
+    assert use.effects == ("self_heating",)
+
+
+def test_a_capacity_nobody_knows_is_that_of_the_cell_and_said_so() -> None:
+    use = pack_use(example.recording(capacity_C=None), None, CELL, builtin=True)
+    assert use.capacity_C == CELL.nominal_capacity_C
+    assert "not known" in use.origins["capacity_C"]
+
+
+def test_the_pack_file_wins_over_the_log_and_every_key_of_it_counts() -> None:
+    use = pack_use(example.recording(), FILE, CELL, builtin=False)
+    pack = pack_of(use, CELL)
+    assert (pack.series, pack.parallel, pack.capacity_C) == (6, 2, 3.3 * 3600)
+    assert (pack.initial_soc, pack.initial_K) == (0.7, 283.15)
+    assert (use.ambient_K, use.heat_transfer_W_m2_K) == (278.15, 20.0)
+    assert pack.effects == ()
+    assert use.calibrated
+    assert use.serial == "of the file"
+
+
+def test_a_serial_number_in_the_log_and_a_measured_temperature_win_over_the_file() -> None:
+    temperature = np.full(example.T.size, 285.0)
+    temperature[:5] = np.nan
+    recording = example.recording(serial="of the log", temperature_K=temperature)
+    use = pack_use(recording, FILE, CELL, builtin=False)
+    assert use.serial == "of the log"
+    assert use.initial_K == 285.0
+
+
+def test_the_heat_transfer_of_the_file_reaches_the_effect() -> None:
+    file = FILE.model_copy(update={"twin": FILE.twin.model_copy(update={"physics": None})})
+    (heating,) = pack_of(pack_use(example.recording(), file, CELL, builtin=False), CELL).effects
+    assert heating.heat_transfer_W_m2_K == 20.0
+
+
+@given(st.floats(0.01, 0.99))
+@settings(max_examples=25, deadline=None)
+def test_a_pack_at_rest_tells_its_charge(soc: float) -> None:
+    assert soc_at(CELL, open_circuit_V(CELL, soc)) == pytest.approx(soc, abs=1e-3)
+
+
+def test_a_voltage_beyond_the_cell_is_a_full_or_an_empty_one() -> None:
+    assert soc_at(CELL, 4.5) == 1.0
+    assert soc_at(CELL, 2.0) == 0.0
+
+
+def recorded(current: np.ndarray, open_V: float, resistance: float):
+    return example.recording(
+        current_A=current, voltage_V=open_V - resistance * current, resistance_ohm=resistance
+    )
+
+
+def test_rest_is_found_before_take_off_and_the_idle_current_is_taken_back() -> None:
+    known = rest_voltage(recorded(example.CURRENT, 16.2, 0.03), 7920.0)
+    assert known is not None
+    assert known.value == pytest.approx(16.2)
+    assert "at rest" in known.origin
+
+
+def test_a_log_that_starts_in_the_air_is_said_to_have_no_rest() -> None:
+    flying = np.full(example.T.size, 20.0)
+    known = rest_voltage(recorded(flying, 16.2, 0.03), 7920.0)
+    assert known is not None
+    assert known.value == pytest.approx(16.2)
+    assert "no rest in the log" in known.origin
+
+
+def test_neither_rest_nor_slope_is_a_full_pack_and_said_so() -> None:
+    flying = example.recording(current_A=np.full(example.T.size, 20.0), resistance_ohm=None)
+    assert rest_voltage(flying, 7920.0) is None
+    use = pack_use(flying, None, CELL, builtin=True)
+    assert use.initial_soc == 1.0
+    assert "a full pack assumed" in use.origins["initial_soc"]
+
+
+def test_a_log_without_voltage_is_a_full_pack_too() -> None:
+    blind = example.recording(voltage_V=np.full(example.T.size, np.nan))
+    assert pack_use(blind, None, CELL, builtin=True).initial_soc == 1.0
+
+
+def test_the_pack_file_says_whether_the_cell_is_the_packs_own() -> None:
+    use = pack_use(example.recording(), replace_series(4), CELL, builtin=True)
+    assert not use.calibrated
+    assert not use.series_inferred
+
+
+def replace_series(series: int):
+    table = FILE.pack.model_copy(update={"series": series})
+    return FILE.model_copy(update={"pack": table})
+
+
+def test_the_same_use_gives_the_same_pack() -> None:
+    use = pack_use(example.recording(), FILE, CELL, builtin=False)
+    assert pack_of(use, CELL) == pack_of(replace(use), CELL)
