@@ -102,6 +102,15 @@ def panels(heights_in: Sequence[float], *, share_x: bool = True) -> tuple[Canvas
     return canvas, list(axes[:, 0])
 
 
+def second_scale(ax: "Axes") -> "Axes":
+    """A scale of its own on the right of a panel, for a second quantity."""
+    with mpl.rc_context(STYLE):
+        right = ax.twinx()
+    right.grid(visible=False)
+    right.spines["right"].set_visible(True)
+    return right
+
+
 def shade(axes: Sequence["Axes"], segments: Sequence[Segment]) -> None:
     """Colour the background of each panel by motion."""
     for ax in axes:
@@ -119,7 +128,7 @@ def legend(ax: "Axes", also: "Axes | None" = None) -> None:
     if named:
         ax.legend(
             handles=named, loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=len(named),
-            borderaxespad=0.1, frameon=False,
+            borderaxespad=0.1, frameon=False, fontsize=9,
         )  # fmt: skip
 
 

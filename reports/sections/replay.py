@@ -110,8 +110,7 @@ def _figure(report: FlightReport, played: Replay) -> Figure:
     )
     axes[1].axhline(0.0, color=plots.MEASURED, linewidth=0.6)
     plots.line(axes[2], solution.time_s, 100 * solution.soc, plots.MEASURED, "state of charge")
-    warm = axes[2].twinx()
-    warm.grid(visible=False)
+    warm = plots.second_scale(axes[2])
     plots.line(
         warm, solution.time_s, solution.temperature_K - 273.15, plots.COMMANDED, "temperature"
     )
