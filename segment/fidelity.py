@@ -11,6 +11,7 @@ from segment.runs import FloatArray, moving_average
 RIPPLE_WINDOW_s = 2.0  # slower than control activity, faster than a manoeuvre
 FRAME_s = 3.2  # of the spectrum: resolves 0.3 Hz
 PERCENTS = (1.0, 50.0, 99.0)
+RMS_WEIGHT = 10.0  # heat goes with the square of the current: no percentile is worth an error there
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)

@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from flightlogs.recording import Recording
-from segment.fidelity import Character, badness, character, compare, periodic_character
+from segment.fidelity import RMS_WEIGHT, Character, badness, character, compare, periodic_character
 from segment.profile import Fidelity, PeriodicProfile, TooLittle
 from segment.ring import Ring, seam_costs, stitch, uniform, window, window_means
 from segment.runs import FloatArray
@@ -47,9 +47,9 @@ def periodic_profiles(
     """A profile for each motion, or the reason why there is none.
 
     The segments of a motion are stitched into a ring (samples as recorded, cut where level and
-    slope match), and of all stretches of the ring between `shortest_s` and `longest_s` the one is taken
-    whose mean, RMS, percentiles, ripple spectrum and ramp rates are closest to the segments'. It is
-    then shifted and scaled by what little is left of the mean's and the RMS's deviation.
+    slope match). Of all stretches of the ring between `shortest_s` and `longest_s` the one is
+    taken whose mean, RMS, percentiles, ripple spectrum and ramp rates are closest to the segments'.
+    It is then shifted and scaled by the little that is left of the mean's and the RMS's deviation.
     """
     maker = maker or ProfileMaker()
     return {motion: _profile(recording, segments, motion, maker) for motion in PROFILED}
@@ -66,7 +66,8 @@ def _profile(
     if source_s < maker.least_s or count < maker.least_samples:
         reason = (
             f"{source_s:.1f} s of {motion.value} motion in {len(known)} segments "
-            f"({count} samples); a profile needs {maker.least_s:g} s and {maker.least_samples} samples"
+            f"({count} samples); a profile needs {maker.least_s:g} s and "
+            f"{maker.least_samples} samples"
         )
         return TooLittle(motion=motion, source_s=source_s, reason=reason)
     source = character(parts, period_s)
@@ -125,8 +126,9 @@ def _candidates(
     lengths = np.unique(np.linspace(low, min(longest, size - 1), 80).astype(np.int64))
     mean = window_means(ring.current_A, lengths)
     square = window_means(ring.current_A**2, lengths)
-    off = np.abs(mean - source.mean_A) + np.abs(np.sqrt(square) - source.rms_A)
-    cost = off + 0.5 * seam_costs(ring, lengths)
+    spread = np.sqrt(np.maximum(square - mean**2, 0.0))
+    beyond = np.maximum(np.abs(spread - source.spread_A) - maker.gain_limit * spread, 0.0)
+    cost = np.abs(mean - source.mean_A) + RMS_WEIGHT * beyond + 0.5 * seam_costs(ring, lengths)
     rows, best = np.argmin(cost, axis=0), np.min(cost, axis=0)
     blocks = np.array_split(np.arange(size), min(maker.candidates, size))  # spread over the ring
     starts = [int(block[np.argmin(best[block])]) for block in blocks]
