@@ -19,6 +19,7 @@ ROOM_K = 298.15
 REST_PER_H = 0.5
 REST_S = 10.0  # at the start of the log: later the avionics have drawn charge
 REST_SAMPLES = 3
+BEYOND_V = 0.02  # a cell: what the voltage dividers of autopilots are off by anyway
 SOC_STEPS = 2001  # 0.05 % of charge, below what any voltage can tell
 
 
@@ -131,8 +132,11 @@ def _soc(
     rest = rest_voltage(recording, capacity_C)
     if rest is None:
         return Known(value=1.0, origin="not known: a full pack assumed")
-    soc = soc_at(cell, rest.value / series)
-    return Known(value=soc, origin=f"{rest.origin}, {rest.value / series:.3f} V a cell")
+    one = rest.value / series
+    soc = soc_at(cell, one)
+    beyond = abs(open_circuit_V(cell, soc) - one)
+    note = f"; the cell cannot have that, {beyond:.3f} V off" if beyond > BEYOND_V else ""
+    return Known(value=soc, origin=f"{rest.origin}, {one:.3f} V a cell{note}")
 
 
 def rest_voltage(recording: Recording, capacity_C: float) -> Known | None:

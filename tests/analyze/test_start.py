@@ -112,6 +112,12 @@ def test_a_log_that_starts_in_the_air_is_said_to_have_no_rest() -> None:
     assert "no rest in the log" in known.origin
 
 
+def test_a_voltage_the_cell_cannot_have_is_owned_up_to() -> None:
+    use = pack_use(recorded(example.CURRENT, 17.4, 0.03), None, CELL, builtin=True)
+    assert use.initial_soc == 1.0
+    assert "4.350 V a cell; the cell cannot have that, 0.150 V off" in use.origins["initial_soc"]
+
+
 def test_neither_rest_nor_slope_is_a_full_pack_and_said_so() -> None:
     flying = example.recording(current_A=np.full(example.T.size, 20.0), resistance_ohm=None)
     assert rest_voltage(flying, 7920.0) is None

@@ -1,0 +1,144 @@
+"""One flight from its files to a report; reading is a stand-in, the rest is real."""
+
+import itertools
+from pathlib import Path
+
+import pytest
+
+from analyze import pipeline
+from analyze.pack_choice import read_pack
+from analyze.pipeline import Inputs, analyse
+from flightlogs.align import AlignedSensor, AlignmentRefused
+from flightlogs.errors import LogError
+from reports.flight import FlightReport
+from reports.page import flight_page
+from reports.render import render
+from reports.results import result_of
+from segment.segment import Motion
+from tests.reports import example
+from twin.solution import Status
+
+PACK = '[pack]\nname = "mine"\ncell = "lipo_2200"\nseries = 4\n'
+pytestmark = pytest.mark.slow
+
+
+class Readers:
+    """Stands in for `flightlogs`, and remembers what it was asked."""
+
+    def __init__(self, monkeypatch: pytest.MonkeyPatch) -> None:
+        self.asked: dict[str, object] = {}
+        self.align_error: LogError | None = None
+        monkeypatch.setattr(pipeline, "read_log", lambda _, name: example.log(name))
+        monkeypatch.setattr(pipeline, "read_sensor", lambda _, name: name)
+        monkeypatch.setattr(pipeline, "align", self.align)
+        monkeypatch.setattr(pipeline, "assemble", self.assemble)
+
+    def align(self, sensor: object, log: object, *, battery: int | None) -> AlignedSensor:
+        del log
+        self.asked |= {"aligned": sensor, "battery": battery}
+        if self.align_error:
+            raise self.align_error
+        return AlignedSensor(
+            time_s=example.T, current_A=example.CURRENT, fit=example.recording().alignment
+        )
+
+    def assemble(self, log: object, *, battery: int | None, sensor: object):
+        del log
+        self.asked |= {"battery of the log": battery, "sensor": sensor}
+        return example.recording(
+            alignment=example.recording().alignment if sensor else None,
+            current_source="sensor" if sensor else "autopilot",
+        )
+
+
+@pytest.fixture
+def readers(monkeypatch: pytest.MonkeyPatch) -> Readers:
+    return Readers(monkeypatch)
+
+
+def analysed(
+    folder: Path, *, sensor: bool = False, pack: str = "", battery: int | None = None
+) -> FlightReport:
+    for name in ("flight.ulg", "flight.csv"):
+        (folder / name).write_bytes(b"")
+    (folder / "pack.toml").write_text(pack, encoding="utf-8")
+    inputs = Inputs(
+        log=folder / "flight.ulg",
+        log_sha256="ab" * 32,
+        sensor=folder / "flight.csv" if sensor else None,
+        sensor_sha256="cd" * 32 if sensor else "",
+        pack=read_pack(folder / "pack.toml") if pack else None,
+        battery=battery,
+        sha256="ef" * 32,
+    )
+    return analyse(inputs, clock=itertools.count(5.0, 2.5).__next__)
+
+
+def codes(report: FlightReport) -> list[str]:
+    return [w.code for w in report.recording.warnings]
+
+
+@pytest.mark.usefixtures("readers")
+def test_a_flight_becomes_a_page_and_a_result(tmp_path: Path) -> None:
+    report = analysed(tmp_path)
+    assert report.replay.solution.status is Status.DONE
+    assert {s.motion for s in report.segments} >= {Motion.HOVER, Motion.HORIZONTAL}
+    assert report.provenance.seconds == 2.5
+    assert "Replay through the twin" in render(flight_page(report))
+    result = result_of(report)
+    assert result.replay.status == "done"
+    assert result.alignment is None
+    assert not result.pack.calibrated
+
+
+def test_an_aligned_sensor_is_used(tmp_path: Path, readers: Readers) -> None:
+    report = analysed(tmp_path, sensor=True, battery=1)
+    assert readers.asked["aligned"] == "flight.csv"
+    assert readers.asked["battery"] == readers.asked["battery of the log"] == 1
+    assert isinstance(readers.asked["sensor"], AlignedSensor)
+    assert report.provenance.sensor_name == "flight.csv"
+    assert not report.alignment_refusal
+
+
+@pytest.mark.parametrize(
+    "error",
+    [AlignmentRefused("steady", "nothing happens in this flight"), LogError("no current column")],
+)
+def test_a_sensor_that_cannot_be_used_leaves_the_autopilots_current_and_says_why(
+    tmp_path: Path, readers: Readers, error: LogError
+) -> None:
+    readers.align_error = error
+    report = analysed(tmp_path, sensor=True)
+    assert readers.asked["sensor"] is None
+    assert str(error) in report.alignment_refusal
+    assert "sensor_not_used" in codes(report)
+    assert str(error) in render(flight_page(report))
+
+
+@pytest.mark.usefixtures("readers")
+def test_the_pack_file_is_obeyed_and_its_disagreement_with_the_log_is_told(tmp_path: Path) -> None:
+    report = analysed(tmp_path, pack=PACK.replace("4", "5") + "[start]\nsoc = 0.8\n")
+    assert report.pack.series == 5
+    assert report.replay.solution.soc[0] == pytest.approx(0.8, abs=1e-3)
+    assert "series_disagree" in codes(report)
+    assert "series_disagree" not in codes(analysed(tmp_path, pack=PACK))
+
+
+@pytest.mark.usefixtures("readers")
+def test_a_pack_that_is_too_small_is_replayed_as_far_as_it_comes(tmp_path: Path) -> None:
+    report = analysed(tmp_path, pack=PACK + "capacity_ah = 0.05\n")
+    assert report.replay.solution.status is not Status.DONE
+    assert "ended early" in render(flight_page(report))
+    assert result_of(report).replay.status != "done"
+
+
+@pytest.mark.usefixtures("readers")
+def test_warnings_of_the_recording_are_kept(tmp_path: Path) -> None:
+    assert codes(analysed(tmp_path)) == ["cells_inferred"]
+
+
+@pytest.mark.usefixtures("readers")
+def test_the_same_inputs_give_the_same_page(tmp_path: Path) -> None:
+    first, second = analysed(tmp_path), analysed(tmp_path)
+    assert render(flight_page(first)) == render(flight_page(second))
+    assert result_of(first) == result_of(second)
