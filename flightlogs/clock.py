@@ -1,7 +1,7 @@
 """Raw stamps of a log -> seconds since its first sample: what cannot be is repaired and counted.
 
 What real logs do: a logger repeats the last value of a topic when it starts, so first samples are
-old; single records carry a damaged stamp; the clock steps back, or is set to the UNIX epoch; a topic
+old; single stamps are damaged; the clock steps back, or is set to the UNIX epoch; one topic
 runs on another clock; a converter writes topic after topic, so that file order is no time order.
 """
 
