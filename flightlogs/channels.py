@@ -1,10 +1,12 @@
-"""Rows of a file -> `Channel`, and values held from one clock to another."""
+"""Rows of a file -> `Channel`, values held from one clock to another, modes in force."""
 
+from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
+import numpy.typing as npt
 
-from flightlogs.log import Channel, FloatArray
+from flightlogs.log import Channel, FloatArray, ModeSpan
 from flightlogs.stamps import increasing
 
 FRESH_S = 0.5  # controllers log at 10 Hz while they are active: an older row is not in force
@@ -15,7 +17,8 @@ def channel(time_s: FloatArray, values: FloatArray, source: str) -> Channel | No
     kept = increasing(time_s)
     if not kept.any() or not np.isfinite(values[kept]).any():
         return None
-    return Channel(time_s=time_s[kept], values=values[kept], source=source)
+    known = np.where(np.isfinite(values[kept]), values[kept], np.nan)
+    return Channel(time_s=time_s[kept], values=known, source=source)
 
 
 def held(time_s: FloatArray, values: FloatArray, at_s: FloatArray) -> FloatArray:
@@ -36,3 +39,12 @@ def above_start(height_m: Channel | None) -> Channel | None:
         return None
     start = height_m.values[np.isfinite(height_m.values)][0]
     return replace(height_m, values=height_m.values - start)
+
+
+def during(
+    time_s: FloatArray, modes: Sequence[ModeSpan], names: frozenset[str]
+) -> npt.NDArray[np.bool_]:
+    """(n,) True where the mode in force is one of `names`."""
+    starts = np.array([mode.start_s for mode in modes])
+    chosen = np.array([False, *(mode.name in names for mode in modes)])
+    return chosen[np.searchsorted(starts, time_s, side="right")]

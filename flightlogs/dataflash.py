@@ -24,7 +24,7 @@ from flightlogs.dataflash_battery import raw_batteries
 from flightlogs.dataflash_binary import is_binary, read_binary
 from flightlogs.dataflash_flight import armed_spans, in_air_spans
 from flightlogs.dataflash_text import is_text, read_text
-from flightlogs.dataflash_time import NOT_DATA, Timed, timed_tables
+from flightlogs.dataflash_time import NOT_DATA, Timed, end_s, timed_tables
 from flightlogs.errors import LogDamaged, LogWarning, NotALog
 from flightlogs.log import Channel, FlightLog, ModeSpan
 from flightlogs.measured import battery_log
@@ -90,11 +90,11 @@ class _Decoded:
 def _flight_log(log: _Decoded, name: str) -> FlightLog:
     timed, parameters = log.timed, log.parameters
     who = ardupilot.identify(log.texts, parameters)
-    end_s = _end_s(timed)
-    modes = _modes(timed, who, end_s)
+    last_s = end_s(timed)
+    modes = _modes(timed, who, last_s)
     thrust = dataflash_motion.thrust(timed)
     velocity = dataflash_motion.velocity(timed, parameters)
-    armed = armed_spans(timed, log.clock, end_s)
+    armed = armed_spans(timed, log.clock)
     in_air, air_warnings = in_air_spans(timed, armed, thrust, parameters)
     judged = [battery_log(b, i) for i, b in enumerate(raw_batteries(timed, parameters))]
     said = (*log.clock.warnings(), *log.raw.warnings(), *_logger_drops(timed), *air_warnings)
@@ -107,7 +107,7 @@ def _flight_log(log: _Decoded, name: str) -> FlightLog:
         vehicle_label=who.label,
         simulated=ardupilot.is_simulated(parameters, log.texts),
         start_utc=_start_utc(timed),
-        duration_s=end_s,
+        duration_s=last_s,
         batteries=tuple(battery for battery, _ in judged),
         velocity_m_s=velocity,
         velocity_setpoint_m_s=dataflash_motion.velocity_setpoint(timed, modes),
@@ -139,21 +139,14 @@ def _texts(raw: RawLog) -> tuple[str, ...]:
     return texts + raw.banner
 
 
-def _end_s(timed: Timed) -> float:
-    return max(
-        (float(np.nanmax(t)) for k, (_, t) in timed.items() if k not in NOT_DATA and t.size),
-        default=0.0,
-    )
-
-
-def _modes(timed: Timed, who: Identity, end_s: float) -> tuple[ModeSpan, ...]:
+def _modes(timed: Timed, who: Identity, last_s: float) -> tuple[ModeSpan, ...]:
     if "MODE" not in timed:
         return ()
     table, time_s = timed["MODE"]
     logged = table.texts.get("Mode") or table.numbers.get("Mode", np.zeros(0)).tolist()
     names = [ardupilot.mode_name(who.kind, mode) for mode in logged]
     known = np.isfinite(time_s)
-    return mode_spans(time_s[known], [n for n, k in zip(names, known, strict=True) if k], end_s)
+    return mode_spans(time_s[known], [n for n, k in zip(names, known, strict=True) if k], last_s)
 
 
 def _logger_drops(timed: Timed) -> tuple[LogWarning, ...]:

@@ -104,7 +104,8 @@ class _Scan:
 
 def _column(values: np.ndarray[tuple[int], np.dtype[np.void]], char: str) -> FloatArray:
     factor = FORMAT_TO_STRUCT[char][1]
-    numbers = values.astype(np.float64)
+    with np.errstate(invalid="ignore"):  # damaged bytes can be a signalling NaN
+        numbers = values.astype(np.float64)
     return numbers / round(1 / factor) if factor is not None else numbers
 
 

@@ -5,7 +5,7 @@ from collections.abc import Mapping
 import numpy as np
 import numpy.typing as npt
 
-from flightlogs.dataflash_time import Timed
+from flightlogs.dataflash_time import Timed, end_s
 from flightlogs.errors import LogWarning
 from flightlogs.log import Channel, FloatArray, Interval
 from flightlogs.spans import IN_AIR_THROTTLE, flying_by_throttle, overlap, switched
@@ -17,13 +17,13 @@ IDLE_MARGIN = 0.05
 PERMILLE = 1e-3
 
 
-def armed_spans(timed: Timed, clock: FileClock, end_s: float) -> tuple[Interval, ...]:
+def armed_spans(timed: Timed, clock: FileClock) -> tuple[Interval, ...]:
     """From EV, else from ARM; a log that pauses before it is armed again was disarmed meanwhile."""
     found = _states(timed, "EV", "Id", (ARMED,), (DISARMED,))
     if not found[0].size:
         found = _states(timed, "ARM", "ArmState", (1,), (0,))
     time_s, on = _with_pauses(*found, clock)
-    return switched(time_s, on, start_s=0.0, end_s=end_s)
+    return switched(time_s, on, start_s=0.0, end_s=end_s(timed))
 
 
 def in_air_spans(
@@ -33,16 +33,15 @@ def in_air_spans(
     parameters: Mapping[str, float],
 ) -> tuple[tuple[Interval, ...] | None, tuple[LogWarning, ...]]:
     """By the events `not landed` and `land complete` while armed; without them by throttle."""
-    end_s = max((float(np.nanmax(t)) for _, t in timed.values() if t.size), default=0.0)
     time_s, on = _states(timed, "EV", "Id", (AIRBORNE,), (LANDED,))
-    judged = switched(time_s, on, start_s=0.0, end_s=end_s)
+    judged = switched(time_s, on, start_s=0.0, end_s=end_s(timed))
     if judged:
         return (overlap(judged, armed) if armed else judged), ()
     if thrust is None:
         return None, ()
     idle = parameters.get("THR_MIN", 0.0) * PERMILLE  # 3.x: throttle of the armed, landed vehicle
     threshold = max(IN_AIR_THROTTLE, idle + IDLE_MARGIN)
-    flying = flying_by_throttle(thrust.time_s, thrust.values, threshold, end_s)
+    flying = flying_by_throttle(thrust.time_s, thrust.values, threshold, end_s(timed))
     inside = overlap(flying, armed) if armed else flying
     message = f"the log does not say when it flew: judged by throttle above {threshold:.0%}"
     return inside, (LogWarning("in_air_inferred", message, thrust.source),)

@@ -5,7 +5,7 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from flightlogs.ardupilot import MANUAL_THROTTLE, sticks_from_pulses
-from flightlogs.channels import above_start, channel, held
+from flightlogs.channels import above_start, channel, during, held
 from flightlogs.log import Channel, FloatArray, ModeSpan
 from flightlogs.stamps import increasing
 from flightlogs.table import Table
@@ -113,9 +113,7 @@ def velocity_setpoint(timed: Timed, modes: Sequence[ModeSpan]) -> Channel | None
         values, source = _commanded(timed, choices, at_s)
         axes.append(values)
         sources += [source] if source else []
-    for mode in modes:
-        if mode.name in MANUAL_THROTTLE:
-            axes[2][(at_s >= mode.start_s) & (at_s < mode.stop_s)] = np.nan
+    axes[2] = np.where(during(at_s, modes, MANUAL_THROTTLE), np.nan, axes[2])
     return channel(at_s, np.column_stack(axes), ", ".join(sources))
 
 

@@ -95,12 +95,11 @@ class _Lines:
 
 def read_text(data: bytes) -> RawLog:
     """Decode the lines of a file; what has no meaning is left out and counted by its bytes."""
-    lines, at, decoded = _Lines(), 0, 0
-    for raw in data.splitlines(keepends=True):
+    lines, decoded = _Lines(), 0
+    for at, raw in enumerate(data.splitlines(keepends=True)):
         understood = lines.take(at, raw.decode("latin-1"))
         lines.damaged_places += not understood
         decoded += len(raw) if understood else 0
-        at += len(raw)
     tables = {name: _table(name, *lines.layouts[name], rows) for name, rows in lines.rows.items()}
     return RawLog(
         tables=tables,

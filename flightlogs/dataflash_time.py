@@ -15,7 +15,9 @@ from flightlogs.table import RawLog, Table
 CLOCK_LABELS = {"TimeUS": 1e-6, "TimeMS": 1e-3}
 GPS_BOOT, GPS_WEEK_TIME = "T", "Time"
 MILLI = 1e-3
-NOT_DATA = frozenset(["FMTU", "UNIT", "MULT", "PARM", "MSG", "VER", "FILE"])  # dumped at the start
+NOT_DATA = frozenset(
+    ["FMTU", "UNIT", "MULT", "PARM", "MSG", "VER", "FILE"]
+)  # dumped when a log starts
 ROW_PERIOD_S = 1.0  # ArduCopter 3.0 logs CURR in its one-hertz loop
 PERIOD_TOLERANCE = 0.05
 MIN_CHARGE_MAH = 5.0  # less does not resolve the period to 5 % (the counter starts between rows)
@@ -42,7 +44,7 @@ def timed_tables(raw: RawLog) -> tuple[Timed, FileClock]:
     stamps = {
         name: (table.offset, own)
         for name, table in raw.tables.items()
-        if (own := own_stamps(table)) is not None
+        if name not in NOT_DATA and (own := own_stamps(table)) is not None
     }
     if not stamps:
         return _reconstructed(raw)
@@ -82,6 +84,12 @@ def _reconstructed(raw: RawLog) -> tuple[Timed, FileClock]:
         return {}, clock
     times = {name: clock.between(t.offset) for name, t in raw.tables.items()}
     return _from_start(raw, times, clock)
+
+
+def end_s(timed: Timed) -> float:
+    """Time of the last data row [s]."""
+    last = [t[np.isfinite(t)] for name, (_, t) in timed.items() if name not in NOT_DATA]
+    return max((float(t.max()) for t in last if t.size), default=0.0)
 
 
 def row_period(current: Table) -> tuple[float, str]:

@@ -11,6 +11,7 @@ from flightlogs.stamps import increasing
 CELSIUS_K = 273.15
 MAH_C = 3.6
 DEAD_VOLTAGE_V = 1.0  # no pack that flies is below: the sensor is not wired
+IMPOSSIBLE_A, IMPOSSIBLE_V = 2000.0, 1000.0  # beyond any multirotor: the bytes were damaged
 STILL_VOLTAGE = 0.03  # share of its median within which an unloaded or unwired voltage stays
 
 
@@ -53,7 +54,16 @@ class _Judge:
     def warn(self, code: str, message: str) -> None:
         self.warnings.append(LogWarning(code, message, self.label))
 
+    def possible(self, values: FloatArray, limit: float, unit: str) -> FloatArray:
+        """NaN for what no sensor can have said."""
+        absurd = np.abs(values) > limit
+        if absurd.any():
+            message = f"{int(absurd.sum())} samples beyond {limit:g} {unit} were left out"
+            self.warn("impossible_values", message)
+        return np.where(absurd | ~np.isfinite(values), np.nan, values)
+
     def current(self, current_A: FloatArray) -> FloatArray | None:
+        current_A = self.possible(current_A, IMPOSSIBLE_A, "A")
         known = current_A[np.isfinite(current_A)]
         if known.size and known.max() > 0:
             return current_A
@@ -64,6 +74,7 @@ class _Judge:
         return None
 
     def voltage(self, voltage_V: FloatArray, *, loaded: bool) -> FloatArray | None:
+        voltage_V = self.possible(voltage_V, IMPOSSIBLE_V, "V")
         voltage_V = np.where(voltage_V > 0, voltage_V, np.nan)
         known = voltage_V[np.isfinite(voltage_V)]
         if not known.size or known.max() < DEAD_VOLTAGE_V:

@@ -25,7 +25,7 @@ from typing import BinaryIO
 import numpy as np
 
 from flightlogs.ardupilot import kept_parameters
-from flightlogs.channels import above_start, channel
+from flightlogs.channels import above_start, channel, during
 from flightlogs.dataflash_binary import is_binary, read_binary
 from flightlogs.dataflash_motion import FIX_3D
 from flightlogs.errors import LogDamaged, LogWarning, NotALog
@@ -177,12 +177,8 @@ def _commanded(timed: Timed, labels: tuple[str, ...], modes: Sequence[ModeSpan])
     if found is None:
         return None
     values = found.values.copy()
-    for mode in modes:
-        rows = (found.time_s >= mode.start_s) & (found.time_s < mode.stop_s)
-        if mode.name in NO_SETPOINT:
-            values[rows] = np.nan
-        elif mode.name in NO_HORIZONTAL_SETPOINT:
-            values[rows, :2] = np.nan
+    values[during(found.time_s, modes, NO_SETPOINT)] = np.nan
+    values[during(found.time_s, modes, NO_HORIZONTAL_SETPOINT), :2] = np.nan
     return channel(found.time_s, values, found.source)
 
 

@@ -21,7 +21,7 @@ class FileClock:
     """Time as a function of the place in the file.
 
     Attributes:
-        offset: (n,) byte offsets of the stamped records, increasing.
+        offset: (n,) places of the stamped records in the file, increasing.
         time_s: (n,) their repaired time; NaN for a stray one.
         strays: stamps that fit nothing around them.
         steps_back: places where the clock went back; what follows was shifted to go on from there.
@@ -35,13 +35,13 @@ class FileClock:
     reconstructed_from: str = ""
 
     def at(self, offset: Index) -> FloatArray:
-        """(m,) time of the last stamped record at or before each byte offset."""
+        """(m,) time of the last stamped record at or before each place."""
         good = np.isfinite(self.time_s)
         place = np.searchsorted(self.offset[good], offset, side="right") - 1
         return self.time_s[good][np.maximum(place, 0)]
 
     def between(self, offset: Index) -> FloatArray:
-        """(m,) time interpolated between the stamped records around each byte offset."""
+        """(m,) time interpolated between the stamped records around each place."""
         good = np.isfinite(self.time_s)
         return np.interp(offset, self.offset[good], self.time_s[good])
 
@@ -68,7 +68,7 @@ def file_clock(
     """Repair the stamps of a file.
 
     Args:
-        stamps: message type -> ((n,) byte offsets, (n,) raw stamps [s]).
+        stamps: message type -> ((n,) places in the file, (n,) raw stamps [s]).
         reconstructed_from: the evidence, where the stamps are not the log's own.
 
     Returns:
@@ -79,7 +79,7 @@ def file_clock(
     order = np.argsort(offset, kind="stable")
     offset, raw = offset[order], raw[order]
     stray = ~np.isfinite(raw)
-    stray[~stray] = is_stray(raw[~stray])
+    stray[~stray] = is_stray(raw[~stray]) | is_spike(raw[~stray])
     time_s = np.where(stray, np.nan, raw)
     time_s[~stray], steps = without_steps(raw[~stray])
     return FileClock(
@@ -96,6 +96,16 @@ def is_stray(time_s: FloatArray) -> npt.NDArray[np.bool_]:
     if time_s.size < STRAY_WINDOW:
         return np.zeros(time_s.size, dtype=bool)
     return np.abs(time_s - median_filter(time_s, STRAY_WINDOW, mode="mirror")) > STRAY_S
+
+
+def is_spike(time_s: FloatArray) -> npt.NDArray[np.bool_]:
+    """(n,) stamps that break the order of those on both sides by more than buffering does.
+
+    A running median leaves any sequence in order as it is, so that what it moves is out of order.
+    """
+    if time_s.size < STRAY_WINDOW:
+        return np.zeros(time_s.size, dtype=bool)
+    return np.abs(time_s - median_filter(time_s, STRAY_WINDOW, mode="nearest")) > STEP_BACK_S
 
 
 def without_steps(time_s: FloatArray) -> tuple[FloatArray, int]:

@@ -23,7 +23,7 @@ class Table:
         types: label -> the format's own type character or name.
         numbers: label -> (n,) or (n, k) values as the format defines them, unscaled otherwise.
         texts: label -> n strings.
-        offset: (n,) byte offset of each row in the file.
+        offset: (n,) place of each row in the file: its byte offset, or its line in a text log.
     """
 
     name: str

@@ -153,7 +153,8 @@ def _table(data: bytes, packets: list[Packet], gap: int) -> Table:
         if rows.dtype[name].kind == "S":
             texts[name] = tuple(v.split(b"\0")[0].decode("latin-1") for v in rows[name].tolist())
         else:
-            numbers[name] = rows[name].astype(np.float64)
+            with np.errstate(invalid="ignore"):  # PX4's integer parameters can be signalling NaNs
+                numbers[name] = rows[name].astype(np.float64)
     numbers[SYSTEM] = np.array([p.system for p in packets], dtype=np.float64)
     numbers[COMPONENT] = np.array([p.component for p in packets], dtype=np.float64)
     if gap:
