@@ -119,7 +119,7 @@ def _candidates(
 ) -> list[tuple[int, int]]:
     """(start, samples) of the windows worth a full comparison: right mean and RMS, a good seam."""
     size = ring.current_A.size
-    low, longest = round(maker.shortest_s / period_s), round(maker.longest_s / period_s)
+    low, longest = round(maker.shortest_s / period_s), int(maker.longest_s / period_s)
     if size <= low:
         return [(0, size)]
     whole = [(0, size)] if size <= longest else []
