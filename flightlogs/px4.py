@@ -11,14 +11,15 @@ from flightlogs.px4_topics import on_one_clock
 from flightlogs.ulog import read_topics
 
 WANTED = frozenset(
-    """
-    battery_status battery_info vehicle_status vehicle_land_detected actuator_armed
-    vehicle_local_position vehicle_local_position_setpoint trajectory_setpoint
-    manual_control_setpoint vehicle_air_data sensor_combined vehicle_gps_position sensor_gps
-    vehicle_thrust_setpoint vehicle_attitude_setpoint actuator_controls_0 actuator_motors
-    actuator_outputs
-    """.split()
-)
+    (
+        "battery_status", "battery_info", "vehicle_status",
+        "vehicle_land_detected", "actuator_armed", "vehicle_local_position",
+        "vehicle_local_position_setpoint", "trajectory_setpoint", "manual_control_setpoint",
+        "vehicle_air_data", "sensor_combined", "vehicle_gps_position", "sensor_gps",
+        "vehicle_thrust_setpoint", "vehicle_attitude_setpoint", "actuator_controls_0",
+        "actuator_motors", "actuator_outputs",
+    )
+)  # fmt: skip
 KEPT = re.compile(r"^(BAT\d?_|SYS_AUTOSTART$|SYS_HITL$|MAV_TYPE$|CA_ROTOR_COUNT$|CA_AIRFRAME$)")
 
 
