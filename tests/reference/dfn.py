@@ -35,10 +35,10 @@ def simulation(
     *,
     mesh: Mesh,
     thermal: str,
-    tolerance: float,
+    tolerance: float | None,
     cut_offs: bool = False,
 ) -> pybamm.Simulation:
-    """A full cell at rest in the file's ambient temperature."""
+    """A full cell at rest in the file's ambient temperature; tolerance None is PyBaMM's own."""
     model = pybamm.lithium_ion.DFN({"thermal": thermal})
     if not cut_offs:
         model.events = []  # the loads stay inside them; looking for them costs steps
@@ -53,7 +53,8 @@ def simulation(
             "negative particle", "positive particle",
         ):  # fmt: skip
             submesh[domain] = pybamm.MeshGenerator(pybamm.Chebyshev1DSubMesh)
-    solver = pybamm.IDAKLUSolver(rtol=tolerance, atol=tolerance, options={"max_num_steps": 10**6})
+    limits = {} if tolerance is None else {"rtol": tolerance, "atol": tolerance}
+    solver = pybamm.IDAKLUSolver(**limits, options={"max_num_steps": 10**6})
     return pybamm.Simulation(
         model, parameter_values=values, var_pts=points, submesh_types=submesh, solver=solver
     )

@@ -11,7 +11,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from twin.bpx_file import CellError, CellWarning, open_circuit_V, read_bpx
-from twin.bpx_function import TABLE_REFINEMENT, Constant, Expression, ExpressionError, Table
+from twin.bpx_function import Constant, Expression, ExpressionError, Table
 from twin.builtin import builtin_text, load_cell
 
 SHARED = Path(__file__).parents[2] / ".." / "shared" / "battery"
@@ -126,7 +126,7 @@ def test_the_slope_of_a_table_jumps_less_than_that_of_straight_lines() -> None:
     fine = np.linspace(0.01, 0.99, 600)
     slopes = [slope(table, v) for v in fine]
     straight = np.diff(np.exp(-3 * x)) / np.diff(x)
-    assert np.abs(np.diff(slopes)).max() < np.abs(np.diff(straight)).max() * 3 / TABLE_REFINEMENT
+    assert np.abs(np.diff(slopes)).max() < np.abs(np.diff(straight)).max() / 4
 
 
 def test_a_table_serves_a_vector_of_any_shape() -> None:
