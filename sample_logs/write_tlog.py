@@ -148,13 +148,12 @@ def battery_status(pack: PackTrace, *, battery_id: int = 0) -> Stream:
 
 
 def _total(voltage_V: npt.ArrayLike) -> npt.NDArray[np.int64]:
-    """(n, 2) millivolts: at most 65534 in the first place, the rest in the second, else unused."""
-    mV = _counts(voltage_V, 1e3, NOT_MEASURED_UINT16)
-    split = mV >= NOT_MEASURED_UINT16  # where measured: 65535 itself means unknown
-    split &= np.isfinite(np.asarray(voltage_V, dtype=float))
-    first = np.where(split, NOT_MEASURED_UINT16 - 1, mV)
-    second = np.where(split, mV - first, NOT_MEASURED_UINT16)
-    return np.column_stack([first, second])
+    """(n, places) millivolts: 65534 in each full place, the rest in the next, then unused."""
+    mV = _counts(voltage_V, 1e3, 0)
+    full = NOT_MEASURED_UINT16 - 1
+    places = np.arange(1 + int(np.max(mV, initial=0)) // full)
+    rest = mV[:, None] - full * places
+    return np.where(rest > 0, np.minimum(rest, full), NOT_MEASURED_UINT16)
 
 
 def sys_status(time_s: npt.ArrayLike, voltage_V: npt.ArrayLike, current_A: npt.ArrayLike) -> Stream:
