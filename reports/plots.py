@@ -20,15 +20,15 @@ if TYPE_CHECKING:
 
 FloatArray = npt.NDArray[np.float64]
 
-# Okabe and Ito's palette: told apart by people of any colour vision, and in grey by lightness.
+# Okabe and Ito's palette, told apart by people of any colour vision, with a grey and a violet.
 MOTION_COLOUR = {
-    Motion.GROUND: "#bdbdbd",
+    Motion.GROUND: "#cfcfcf",
     Motion.TAKEOFF: "#f0e442",
     Motion.LANDING: "#cc79a7",
     Motion.HOVER: "#56b4e9",
     Motion.VERTICAL: "#e69f00",
     Motion.HORIZONTAL: "#009e73",
-    Motion.MIXED: "#8c8c8c",
+    Motion.MIXED: "#6a51a3",
 }
 MEASURED, COMMANDED, SIMULATED = "#1b1b1b", "#d55e00", "#0072b2"
 DRAWN_GAP_S = 2.0  # a line across a longer stretch without samples would be an invention

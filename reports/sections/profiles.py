@@ -2,7 +2,7 @@
 
 from reports import plots
 from reports.flight import FlightReport
-from reports.quantity import fixed, significant
+from reports.quantity import fixed
 from reports.section import Cell, Column, Figure, Notice, Section, Table
 from segment.profile import PeriodicProfile, TooLittle
 
@@ -79,10 +79,10 @@ def _texts(p: PeriodicProfile) -> tuple[str, ...]:
         plots.motion_name(p.motion),
         fixed(p.period_s, 1),
         f"{fixed(p.source_s, 1)} in {p.segments}",
-        significant(f.mean_A, 2),
-        significant(f.rms_A, 2),
-        *(significant(value, 2) for value in f.percentile_A),
+        fixed(f.mean_A, 3),
+        fixed(f.rms_A, 3),
+        *(fixed(value, 3) for value in f.percentile_A),
         fixed(100 * f.ripple_spectrum, 1),
         fixed(f.ramp_rate, 3),
-        significant(f.seam_A, 2),
+        fixed(f.seam_A, 2),
     )

@@ -1,7 +1,7 @@
 """What is doubtful about the log, and the checks it passed."""
 
 from reports.flight import FlightReport
-from reports.quantity import ampere_hours, fixed, significant
+from reports.quantity import fixed, significant
 from reports.section import Notice, Row, Section, Severity
 
 UNITY = "1 if both agree; they come from one sensor, so its scale can be wrong all the same"
@@ -31,7 +31,7 @@ def _rows(report: FlightReport) -> tuple[Row, ...]:
             value=str(gaps.count),
             note=(
                 f"{fixed(gaps.total_s, 1)} s in all, the longest {fixed(gaps.longest_s, 1)} s; "
-                f"the replay bridges them on a straight line, {ampere_hours(gaps.charge_C)} Ah"
+                f"the replay bridges them on a straight line, {significant(gaps.charge_C / 3.6)} mAh"
                 if gaps.count
                 else ""
             ),

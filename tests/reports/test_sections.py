@@ -94,7 +94,7 @@ def test_every_warning_is_shown_with_its_code() -> None:
 def test_bridged_gaps_are_owned_up_to() -> None:
     row = next(r for r in quality(REPORTS["rich"]).rows if r.label == "Gaps in the current")
     assert row.value == "1"
-    assert "straight line, 0.011 Ah" in row.note
+    assert "straight line, 11.4 mAh" in row.note
 
 
 def test_a_refused_sensor_is_named_with_its_reason() -> None:

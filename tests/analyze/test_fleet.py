@@ -1,0 +1,56 @@
+"""Many logs on several workers: the same outcomes as one after the other."""
+
+from collections.abc import Sequence
+from pathlib import Path
+
+import pytest
+
+from analyze.fleet import outcomes
+from analyze.job import Failed, Job, Outcome
+
+TEXTS = {"a.txt": "no log", "b.txt": "", "c.txt": "version https://git-lfs"}
+
+
+def jobs(folder: Path) -> list[Job]:
+    for name, text in TEXTS.items():
+        (folder / name).write_text(text, encoding="utf-8")
+    named = [*TEXTS, "missing.ulg"]
+    return [Job(log=folder / n, shown=n, folder=folder / "out" / n) for n in named]
+
+
+def told(found: Sequence[Outcome]) -> set[tuple[str, str, str]]:
+    assert all(isinstance(outcome, Failed) for outcome in found)
+    return {(o.failure.file, o.failure.code, o.failure.reason) for o in found}
+
+
+def test_one_after_the_other_keeps_the_order_and_goes_on_after_each_failure(tmp_path) -> None:
+    found = list(outcomes(jobs(tmp_path), workers=1, scheduler=None))
+    assert [o.failure.file for o in found] == [*TEXTS, "missing.ulg"]
+    assert [o.failure.code for o in found] == ["not_a_log"] * 3 + ["file_not_found_error"]
+
+
+@pytest.mark.slow
+def test_workers_give_the_same_outcomes(tmp_path) -> None:
+    alone = outcomes(jobs(tmp_path), workers=1, scheduler=None)
+    shared = outcomes(jobs(tmp_path), workers=2, scheduler=None)
+    assert told(list(shared)) == told(list(alone))
+
+
+@pytest.mark.slow
+def test_the_workers_of_a_running_scheduler_are_used(tmp_path) -> None:
+    from distributed import LocalCluster
+
+    alone = outcomes(jobs(tmp_path), workers=1, scheduler=None)
+    with LocalCluster(n_workers=1, threads_per_worker=1, dashboard_address=None) as cluster:
+        address = cluster.scheduler_address
+        shared = list(outcomes(jobs(tmp_path), workers=1, scheduler=address))
+        assert cluster.scheduler.tasks == {}
+    assert told(shared) == told(list(alone))
+
+
+@pytest.mark.slow
+def test_leaving_early_stops_the_workers(tmp_path) -> None:
+    running = outcomes(jobs(tmp_path), workers=2, scheduler=None)
+    next(running)
+    running.close()
+    assert list(running) == []
