@@ -72,7 +72,7 @@ def _decode(data: bytes, name: str) -> tuple[RawLog, str]:
             raise NotALog(f"{name}: a PX4 sdlog2 file, not ArduPilot's; read it with read_px4log")
         return raw, "dataflash"
     if is_text(data):
-        return read_text(data), "dataflash_text"
+        return read_text(data, wanted=WANTED), "dataflash_text"
     raise NotALog(f"{name}: no FMT record, binary or text, in its {len(data)} bytes")
 
 

@@ -16,6 +16,7 @@ from flightlogs.table import RawLog, Strings, Table
 FMT_LINE = re.compile(rb"^FMT, *\d+, *\d+, *\w+ *,", re.MULTILINE)
 TEXT_FORMATS = frozenset("nNZM")
 Rows = list[tuple[int, list[str]]]
+Layout = tuple[str, str, tuple[str, ...]]  # name, format, labels
 
 
 def is_text(data: bytes) -> bool:
@@ -45,7 +46,8 @@ def _number(printed: str) -> float:
         return float("nan")
 
 
-def _table(name: str, format_: str, labels: tuple[str, ...], rows: Rows) -> Table:
+def _table(layout: Layout, rows: Rows) -> Table:
+    name, format_, labels = layout
     columns = dict(zip(labels, map(list, zip(*(r for _, r in rows), strict=True)), strict=True))
     types = dict(zip(labels, format_, strict=True))
     texts: dict[str, Strings] = {k: tuple(columns[k]) for k in labels if types[k] in TEXT_FORMATS}
@@ -61,9 +63,10 @@ def _table(name: str, format_: str, labels: tuple[str, ...], rows: Rows) -> Tabl
 class _Lines:
     """Lines of a text log, sorted by message type."""
 
-    def __init__(self) -> None:
-        self.layouts: dict[str, tuple[str, tuple[str, ...]]] = {}
-        self.rows: defaultdict[str, Rows] = defaultdict(list)
+    def __init__(self, wanted: frozenset[str]) -> None:
+        self.wanted = wanted
+        self.layouts: dict[str, Layout] = {}
+        self.rows: defaultdict[Layout, Rows] = defaultdict(list)
         self.banner: list[str] = []
         self.damaged_places = 0
 
@@ -73,7 +76,7 @@ class _Lines:
         if name == "FMT":
             described, format_, labels = _described(line)
             if len(format_) == len(labels):
-                self.layouts[described] = (format_, labels)
+                self.layouts[described] = (described, format_, labels)
             return True
         if name in self.layouts:
             return self._take_row(at, name, line)
@@ -82,25 +85,32 @@ class _Lines:
         return not self.layouts or not line.strip()
 
     def _take_row(self, at: int, name: str, line: str) -> bool:
-        format_, labels = self.layouts[name]
+        layout = self.layouts[name]
+        _, format_, labels = layout
+        if name not in self.wanted:
+            return line.count(",") >= len(labels)
         fields = line.split(",", len(labels))[1:]  # a text in the last column may hold commas
         fields = [f.strip() for f in fields]
         if len(fields) == len(labels) and (
             format_.endswith("Z") or "," not in "".join(fields[-1:])
         ):
-            self.rows[name].append((at, fields))
+            self.rows[layout].append((at, fields))
             return True
         return False
 
 
-def read_text(data: bytes) -> RawLog:
-    """Decode the lines of a file; what has no meaning is left out and counted by its bytes."""
-    lines, decoded = _Lines(), 0
+def read_text(data: bytes, *, wanted: frozenset[str]) -> RawLog:
+    """Decode the lines of the wanted types; what has no meaning is counted by its bytes.
+
+    A type described twice in different ways keeps the layout with more rows.
+    """
+    lines, decoded = _Lines(wanted), 0
     for at, raw in enumerate(data.splitlines(keepends=True)):
         understood = lines.take(at, raw.decode("latin-1"))
         lines.damaged_places += not understood
         decoded += len(raw) if understood else 0
-    tables = {name: _table(name, *lines.layouts[name], rows) for name, rows in lines.rows.items()}
+    by_size = sorted(lines.rows.items(), key=lambda item: len(item[1]))
+    tables = {layout[0]: _table(layout, rows) for layout, rows in by_size}
     return RawLog(
         tables=tables,
         decoded_bytes=decoded,

@@ -10,7 +10,7 @@ Source: MAVLink serialization guide (packet formats v1 and v2), https://mavlink.
 from collections import defaultdict
 from collections.abc import Callable
 from dataclasses import dataclass, field
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from pymavlink.dialects.v20 import ardupilotmega as mavlink
@@ -28,8 +28,7 @@ CODES |= {f"{u}int{b}_t": f"<{u or 'i'}{b // 8}" for u in ("", "u") for b in (8,
 PROBE_BYTES = 65536  # noise before the first packet that is worth looking through
 
 
-@dataclass(frozen=True, slots=True)
-class Packet:
+class Packet(NamedTuple):  # a frozen dataclass takes four times as long to make
     """Where a packet lies in the file.
 
     Attributes:

@@ -296,6 +296,13 @@ def test_an_empty_format_a_comma_and_a_torn_line_do_no_harm_to_a_text_log() -> N
     assert 0.999 < log.recovered_fraction < 1
 
 
+@pytest.mark.parametrize("encode", [binary, text])
+def test_a_type_described_anew_keeps_the_layout_with_more_rows(encode) -> None:
+    short = w.Table(name="BAT", format="Qf", columns={"TimeUS": [9e7, 9.1e7], "Volt": [1.0, 1.0]})
+    for data in (encode(flight()) + encode([short]), encode([short]) + encode(flight())):
+        np.testing.assert_allclose(read(data).batteries[0].voltage_V, VOLTAGE, rtol=SINGLE)
+
+
 def test_a_pause_of_the_logger_between_two_armings_is_a_disarming() -> None:
     late = T[T >= 40]
     kept = np.concatenate([T[T < 20], late])
