@@ -31,7 +31,7 @@ def closing_line(done: int, kept: int, failed: int, passed_over: int) -> str:
     if failed:
         parts.append(f"{failed} failed")
     if passed_over:
-        parts.append(f"{passed_over} files passed over: no logs")
+        parts.append(f"{passed_over} passed over (no logs)")
     return ", ".join(parts) + "."
 
 

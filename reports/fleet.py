@@ -11,7 +11,7 @@ from reports.section import Cell, Column, Row, Section, Table
 
 FLIGHT_COLUMNS = (
     Column(title="flight", numeric=False),
-    Column(title="start (UTC)", numeric=False),
+    Column(title="start (UTC)"),
     Column(title="battery", numeric=False),
     Column(title="in flight [min:s]"),
     Column(title="charge [Ah]"),
@@ -73,7 +73,7 @@ def fleet_page(fleet: Fleet) -> Page:
     flights = sorted(fleet.flights, key=_order)
     return Page(
         title="Fleet",
-        subtitle=f"{len(flights)} flights analysed, {len(fleet.failures)} logs not",
+        subtitle=f"Logs analysed: {len(flights)}, not analysed: {len(fleet.failures)}",
         sections=(
             Section(
                 id="flights",

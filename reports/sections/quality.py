@@ -31,7 +31,8 @@ def _rows(report: FlightReport) -> tuple[Row, ...]:
             value=str(gaps.count),
             note=(
                 f"{fixed(gaps.total_s, 1)} s in all, the longest {fixed(gaps.longest_s, 1)} s; "
-                f"the replay bridges them on a straight line, {significant(gaps.charge_C / 3.6)} mAh"
+                "the replay bridges them on a straight line, "
+                f"{significant(gaps.charge_C / 3.6)} mAh"
                 if gaps.count
                 else ""
             ),

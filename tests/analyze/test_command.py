@@ -93,7 +93,7 @@ def test_a_folder_gives_an_index_a_table_and_the_failures(tmp_path) -> None:
     run = call(tmp_path, "logs", "--out", "o")
     assert run.exit_code == 1
     assert "failed    logs/bad.ulg: the current is 0.0 A all along (no_current)" in run.stderr
-    assert "2 analysed, 1 failed, 1 files passed over: no logs." in run.stdout
+    assert "2 analysed, 1 failed, 1 passed over (no logs)." in run.stdout
     folders = {p.name for p in (tmp_path / "o").iterdir() if p.is_dir()}
     assert len(folders) == 2
     assert "a" in folders

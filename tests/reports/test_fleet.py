@@ -48,7 +48,7 @@ def test_the_sums_are_those_of_the_flights() -> None:
 
 def test_a_fleet_where_nothing_could_be_analysed_has_a_page() -> None:
     page = fleet_page(replace(FLEET, flights=()))
-    assert "0 flights analysed, 1 logs not" in render(page)
+    assert "Logs analysed: 0, not analysed: 1" in render(page)
 
 
 def test_a_replay_that_ended_early_is_marked() -> None:
