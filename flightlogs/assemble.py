@@ -1,16 +1,185 @@
 """One flight of one battery out of a `FlightLog`: the `Recording`."""
 
+from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from flightlogs.log import FlightLog
+import numpy as np
+
+from flightlogs import quality
+from flightlogs.errors import LogWarning, Refusal
+from flightlogs.flight import Flights, choose_flight, refuse_other_vehicles
+from flightlogs.log import BatteryLog, Channel, FlightLog, FloatArray, Vehicle
 from flightlogs.recording import Recording
+from flightlogs.resample import resample, within
+from flightlogs.select import LEAST_FLIGHT_SAMPLES, choose_battery, choose_series
 
 if TYPE_CHECKING:
     from flightlogs.align import AlignedSensor
 
 
+@dataclass(frozen=True, slots=True)
+class _Current:
+    """The current that is used: (n,) times and values, all finite."""
+
+    time_s: FloatArray
+    values: FloatArray
+    source: str
+
+
 def assemble(
     log: FlightLog, *, battery: int | None = None, sensor: "AlignedSensor | None" = None
 ) -> Recording:
-    """Choose battery and flight, check them, and put all channels on the times of the current."""
-    raise NotImplementedError(f"{log.name} {battery} {sensor}")
+    """Choose battery and flight, check them, and put all channels on the times of the current.
+
+    Args:
+        log: what a reader found.
+        battery: instance of the battery to analyse; None takes the one that carries propulsion.
+        sensor: the current sensor's recording on the log's clock; its current is then used.
+
+    Raises:
+        Refusal: the flight cannot be analysed; its `code` names the reason.
+    """
+    refuse_other_vehicles(log)
+    flights = choose_flight(log)
+    pack, pack_warnings = choose_battery(
+        log, flights, battery, current_elsewhere=sensor is not None
+    )
+    cells = choose_series(pack, log.name)
+    current = _current(log, pack, sensor, flights)
+    t = current.time_s
+    velocity, velocity_warnings = _credible_velocity(log, flights)
+    slope = _slope(pack, current, flights)
+    ratio = _coulomb(pack, current, flights)
+    doubts = (
+        quality.scale_warning(slope, cells.series, pack.capacity_C, current.source),
+        quality.coulomb_warning(ratio, current.source),
+        quality.gap_warning(t[within(t, (flights.flight,))], current.source),
+        _capacity_warning(pack),
+        _simulation_warning(log),
+        _unknown_vehicle(log),
+    )
+    return Recording(
+        name=log.name,
+        battery=pack.label,
+        other_batteries=tuple(b.label for b in log.batteries if b is not pack),
+        time_s=t,
+        current_A=current.values,
+        current_source="autopilot" if sensor is None else "sensor",
+        voltage_V=_on(pack, pack.voltage_V, t, fill=True),
+        temperature_K=None if pack.temperature_K is None else _on(pack, pack.temperature_K, t),
+        cell_voltage_V=None if pack.cell_voltage_V is None else _on(pack, pack.cell_voltage_V, t),
+        velocity_m_s=_channel(velocity, t),
+        velocity_setpoint_m_s=_channel(log.velocity_setpoint_m_s, t),
+        setpoint_source=log.velocity_setpoint_m_s.source if log.velocity_setpoint_m_s else "",
+        in_air=within(t, flights.in_air),
+        flight=flights.flight,
+        other_flights=flights.others,
+        modes=log.modes,
+        sticks=log.sticks,
+        series=cells.series,
+        series_inferred=cells.inferred,
+        capacity_C=pack.capacity_C,
+        serial=pack.serial,
+        coulomb_check=ratio,
+        resistance_ohm=None if slope is None else slope.ohm,
+        alignment=None if sensor is None else sensor.fit,
+        warnings=(
+            *log.warnings,
+            *flights.warnings,
+            *pack_warnings,
+            *cells.warnings,
+            *velocity_warnings,
+            *(w for w in doubts if w is not None),
+            *(sensor.warnings if sensor is not None else ()),
+        ),
+    )
+
+
+def _current(
+    log: FlightLog, pack: BatteryLog, sensor: "AlignedSensor | None", flights: Flights
+) -> _Current:
+    """The samples that were measured within the flight's part of the log."""
+    if sensor is not None:
+        time_s, values, source = sensor.time_s, sensor.current_A, "sensor"
+    else:
+        assert pack.current_A is not None
+        time_s, values, source = pack.time_s, pack.current_A, pack.current_source
+    kept = np.isfinite(values) & within(time_s, (flights.window,))
+    time_s, values = time_s[kept], values[kept]
+    in_flight = int(within(time_s, (flights.flight,)).sum())
+    if in_flight < LEAST_FLIGHT_SAMPLES:
+        raise Refusal(
+            "too_short",
+            f"{log.name}: {in_flight} samples of the current ({source}) between "
+            f"{flights.flight.start_s:.1f} and {flights.flight.stop_s:.1f} s, where it flew; "
+            f"at least {LEAST_FLIGHT_SAMPLES} are needed",
+        )
+    return _Current(time_s, values, source)
+
+
+def _on(
+    pack: BatteryLog, values: FloatArray | None, at_s: FloatArray, *, fill: bool = False
+) -> FloatArray:
+    """A channel of the battery on other times; single samples not measured are bridged."""
+    if values is None:
+        return np.full(at_s.shape, np.nan)
+    if not fill or values.ndim > 1:
+        return resample(pack.time_s, values, at_s)
+    known = np.isfinite(values)
+    return resample(pack.time_s[known], values[known], at_s)
+
+
+def _channel(channel: Channel | None, at_s: FloatArray) -> FloatArray | None:
+    return None if channel is None else resample(channel.time_s, channel.values, at_s)
+
+
+def _credible_velocity(
+    log: FlightLog, flights: Flights
+) -> tuple[Channel | None, tuple[LogWarning, ...]]:
+    if log.velocity_m_s is None:
+        return None, ()
+    spans = (flights.flight,)
+    doubt = quality.velocity_warning(log.velocity_m_s, log.altitude_m, spans)
+    return (log.velocity_m_s, ()) if doubt is None else (None, (doubt,))
+
+
+def _slope(pack: BatteryLog, current: _Current, flights: Flights) -> quality.Slope | None:
+    """At the times of the voltage: interpolating it instead would flatten it."""
+    if pack.voltage_V is None:
+        return None
+    flying = within(pack.time_s, (flights.flight,))
+    t = pack.time_s[flying]
+    return quality.resistance(
+        t, resample(current.time_s, current.values, t), pack.voltage_V[flying]
+    )
+
+
+def _coulomb(pack: BatteryLog, current: _Current, flights: Flights) -> float | None:
+    flying = within(current.time_s, (flights.flight,))
+    t = current.time_s[flying]
+    counter = None if pack.charge_C is None else resample(pack.time_s, pack.charge_C, t)
+    return quality.coulomb_check(t, current.values[flying], counter)
+
+
+def _capacity_warning(pack: BatteryLog) -> LogWarning | None:
+    if pack.capacity_C is not None:
+        return None
+    text = "the log does not say the pack's capacity: state it in pack.toml"
+    return LogWarning("capacity_unknown", text, pack.label)
+
+
+def _simulation_warning(log: FlightLog) -> LogWarning | None:
+    if not log.simulated:
+        return None
+    text = (
+        "a simulated flight: its battery is the simulator's formula, not a battery, and nothing "
+        "here says anything about a real one"
+    )
+    return LogWarning("simulated_log", text)
+
+
+def _unknown_vehicle(log: FlightLog) -> LogWarning | None:
+    if log.vehicle is not Vehicle.UNKNOWN:
+        return None
+    text = "the log does not say what kind of vehicle flew: taken as a multirotor"
+    return LogWarning("vehicle_unknown", text)

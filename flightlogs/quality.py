@@ -1,0 +1,194 @@
+"""Can the numbers be true: scale of the current, charge counter, velocity. Plain arrays in."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from flightlogs.errors import LogWarning
+from flightlogs.log import Channel, FloatArray, Interval
+from flightlogs.resample import bridged_s, charge_C, resample, within
+
+DRIFT_S = 30.0  # what is slower than this belongs to the state of charge, not to the resistance
+HUBER = 1.345  # 95 % efficiency for normal noise; Huber, Robust Statistics (1981)
+HUBER_ROUNDS = 50
+MAD_SD = 1.4826  # standard deviation of normal noise / its median absolute deviation
+LEAST_SAMPLES = 30
+LEAST_CORRELATION = 0.3  # below it the voltage does not follow the current and no slope is meant
+HIGH_CELL_OHM = (
+    0.017  # between real packs in order (3.5 to 15 mOhm a cell) and doubtful ones (19 on)
+)
+HIGH_CELL_OHM_AH = 0.040  # resistance falls as capacity grows; a worn 2.2 Ah cell has 18 mOhm
+LOW_CELL_OHM = 0.0005  # contacts alone have more
+HEALTHY_CELL_OHM = (0.0035, 0.015)
+AH_C = 3600.0
+COULOMB_TOLERANCE = 0.05  # counters of autopilots that miss samples stay within 2 %
+LEAST_CHARGE_C = 20.0  # a counter in whole mAh is then good to 1 in 5
+FASTEST_M_S = 50.0  # beyond any multirotor that carries a flight log of these autopilots
+CLIMB_WINDOW_S = 5.0
+CLIMB_ERROR_M = 5.0  # 1 m/s over the window: no barometer in propeller wash is that wrong for long
+CLIMB_ERROR_SHARE = (
+    0.1  # of the time; a crash at the end reaches half of it, a diverging filter 3 times
+)
+USUAL_STEPS = 2.5  # a longer step between samples is a gap
+
+
+@dataclass(frozen=True, slots=True)
+class Slope:
+    """How the voltage follows the current.
+
+    Attributes:
+        ohm: fall of the voltage per ampere.
+        correlation: of voltage and current after the drift is removed.
+    """
+
+    ohm: float
+    correlation: float
+
+
+def resistance(time_s: FloatArray, current_A: FloatArray, voltage_V: FloatArray) -> Slope | None:
+    """Slope of voltage on current, drift removed, outliers bounded (Huber's M-estimate).
+
+    Args:
+        time_s: (n,).
+        current_A: (n,), NaN where unknown.
+        voltage_V: (n,), NaN where unknown.
+
+    Returns:
+        None where the voltage does not follow the current or hardly anything was measured.
+    """
+    known = np.isfinite(current_A) & np.isfinite(voltage_V)
+    if known.sum() < LEAST_SAMPLES:
+        return None
+    t = time_s[known]
+    x, y = _without_drift(t, current_A[known]), _without_drift(t, voltage_V[known])
+    if not (x.std() > 0 and y.std() > 0):
+        return None
+    correlation = float(np.corrcoef(x, y)[0, 1])
+    if correlation > -LEAST_CORRELATION:
+        return None
+    slope = float(x @ y / (x @ x))
+    for _ in range(HUBER_ROUNDS):
+        rest = y - slope * x
+        scale = max(MAD_SD * float(np.median(np.abs(rest))), 1e-12)
+        weight = np.minimum(1.0, HUBER * scale / np.maximum(np.abs(rest), 1e-12))
+        slope = float((weight * x) @ y / ((weight * x) @ x))
+    return Slope(-slope, correlation)
+
+
+def _without_drift(time_s: FloatArray, values: FloatArray) -> FloatArray:
+    """(n,) values minus their average within DRIFT_S around each sample."""
+    low = np.searchsorted(time_s, time_s - DRIFT_S / 2, side="left")
+    high = np.searchsorted(time_s, time_s + DRIFT_S / 2, side="right")
+    level: FloatArray = values - values.mean()
+    total = np.concatenate([[0.0], np.cumsum(level)])
+    drift = (total[high] - total[low]) / (high - low)
+    return np.asarray(level - drift)
+
+
+def scale_warning(
+    slope: Slope | None, series: int, capacity_C: float | None, where: str
+) -> LogWarning | None:
+    """Whether a pack can have this resistance; a current that is too small makes it too large."""
+    if slope is None:
+        return None
+    cell_ohm = slope.ohm / series
+    limit = max(HIGH_CELL_OHM, HIGH_CELL_OHM_AH * AH_C / capacity_C if capacity_C else 0.0)
+    if LOW_CELL_OHM <= cell_ohm <= limit:
+        return None
+    low, high = (1e3 * ohm for ohm in HEALTHY_CELL_OHM)
+    factor = (cell_ohm / HEALTHY_CELL_OHM[1], cell_ohm / HEALTHY_CELL_OHM[0])
+    guess = "small" if cell_ohm > limit else "large"
+    ratio = factor if cell_ohm > limit else (1 / factor[1], 1 / factor[0])
+    return LogWarning(
+        "current_scale_doubtful",
+        f"the voltage falls by {1e3 * slope.ohm:.1f} mOhm ({1e3 * cell_ohm:.1f} a cell); packs in "
+        f"order show {low:g} to {high:g} a cell. If this pack is one, the current is logged "
+        f"{ratio[0]:.1f} to {ratio[1]:.1f} times too {guess}: check the current sensor's scale "
+        "(BATn_A_PER_V, BATT_AMP_PERVLT). A worn or very small pack looks the same",
+        where,
+    )
+
+
+def coulomb_check(
+    time_s: FloatArray, current_A: FloatArray, counter_C: FloatArray | None
+) -> float | None:
+    """Integral of the current / difference of the log's counter; None if the counter is no use.
+
+    Where the counter falls (it was reset), that step is left out of both.
+    """
+    if counter_C is None:
+        return None
+    known = np.isfinite(counter_C) & np.isfinite(current_A)
+    t, current, counter = time_s[known], current_A[known], counter_C[known]
+    steps = np.diff(counter)
+    risen = steps >= 0
+    counted = float(steps[risen].sum())
+    if counted < LEAST_CHARGE_C:
+        return None
+    reset_C = [charge_C(t[i : i + 2], current[i : i + 2]) for i in np.flatnonzero(~risen)]
+    return (charge_C(t, current) - float(sum(reset_C))) / counted
+
+
+def coulomb_warning(ratio: float | None, where: str) -> LogWarning | None:
+    """Where current and counter disagree by more than the counter's own inaccuracy."""
+    if ratio is None or abs(ratio - 1) <= COULOMB_TOLERANCE:
+        return None
+    return LogWarning(
+        "coulomb_mismatch",
+        f"the integral of the current is {ratio:.3f} of what the log's own counter gained: samples "
+        "are missing, or the two come from different sensors",
+        where,
+    )
+
+
+def gap_warning(time_s: FloatArray, where: str) -> LogWarning | None:
+    """Steps between current samples that are longer than usual, and what they sum to."""
+    steps = np.diff(time_s)
+    usual = float(np.median(steps)) if steps.size else 0.0
+    long = steps[steps > max(bridged_s(time_s), USUAL_STEPS * usual)]
+    if not long.size:
+        return None
+    return LogWarning(
+        "gaps_in_current",
+        f"{long.size} gaps in the current, {long.sum():.1f} s in all, the longest {long.max():.1f} "
+        f"s (usual step {usual:.2f} s): the charge in them is not measured",
+        where,
+    )
+
+
+def velocity_warning(
+    velocity: Channel, altitude: Channel | None, in_air: tuple[Interval, ...]
+) -> LogWarning | None:
+    """Whether a vehicle can have moved so: top speed, climb rate against altitude."""
+    flying = within(velocity.time_s, in_air)
+    speed = np.linalg.norm(np.nan_to_num(velocity.values[flying]), axis=1)
+    fastest = float(np.max(speed, initial=0.0))
+    if fastest > FASTEST_M_S:
+        said = f"it reaches {fastest:.0f} m/s, and no multirotor exceeds {FASTEST_M_S:g}"
+    else:
+        share = _climb_error_share(velocity, altitude, in_air)
+        if share <= CLIMB_ERROR_SHARE:
+            return None
+        said = (
+            f"in {share:.0%} of the flight the climb rate, integrated over {CLIMB_WINDOW_S:g} s, "
+            f"misses the altitude by more than {CLIMB_ERROR_M:g} m: the estimator diverged"
+        )
+    return LogWarning("velocity_impossible", f"velocity not used: {said}", velocity.source)
+
+
+def _climb_error_share(
+    velocity: Channel, altitude: Channel | None, in_air: tuple[Interval, ...]
+) -> float:
+    """Share of the windows in flight in which climb rate and altitude contradict each other."""
+    known = np.isfinite(velocity.values[:, 2])
+    if altitude is None or known.sum() < LEAST_SAMPLES:
+        return 0.0
+    t, up = velocity.time_s[known], -velocity.values[known, 2]
+    height = resample(altitude.time_s, altitude.values, t)
+    risen = np.concatenate([[0.0], np.cumsum(np.diff(t) * (up[1:] + up[:-1]) / 2)])
+    start = np.flatnonzero(within(t, in_air) & (t + CLIMB_WINDOW_S <= t[-1]))
+    stop = np.searchsorted(t, t[start] + CLIMB_WINDOW_S)
+    whole = t[stop] - t[start] < CLIMB_WINDOW_S + bridged_s(t)
+    error = (height[stop] - height[start]) - (risen[stop] - risen[start])
+    error = error[whole & np.isfinite(error)]
+    return float(np.mean(np.abs(error) > CLIMB_ERROR_M)) if error.size else 0.0

@@ -1,0 +1,136 @@
+"""Which battery of a log is analysed and how many cells it has, or why there is none."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from flightlogs.errors import LogWarning, Refusal
+from flightlogs.flight import Flights
+from flightlogs.log import BatteryLog, FlightLog
+from flightlogs.resample import charge_C, resample, within
+
+LEAST_FLIGHT_SAMPLES = 10
+INDIFFERENT = 0.2  # weight of a battery whose current ignores the thrust
+CELL_FULL_V = 4.25  # a full LiPo or Li-ion cell has 4.2 V
+CELL_RANGE_V = (2.8, 4.4)  # of a cell in flight, on average
+
+
+@dataclass(frozen=True, slots=True)
+class Cells:
+    """Cells in series, and the warning if they were not simply read."""
+
+    series: int
+    inferred: bool
+    warnings: tuple[LogWarning, ...] = ()
+
+
+def choose_battery(
+    log: FlightLog, flights: Flights, wanted: int | None, *, current_elsewhere: bool
+) -> tuple[BatteryLog, tuple[LogWarning, ...]]:
+    """The battery asked for, else the one that carries the propulsion.
+
+    That is the one that gave the most energy in flight, weighed by how its current follows the
+    thrust: propulsion takes nine tenths and more of what a multirotor draws.
+
+    Args:
+        log: the log.
+        flights: the flight chosen.
+        wanted: instance, or None.
+        current_elsewhere: a sensor gives the current.
+
+    Raises:
+        Refusal: `no_battery`, `no_current` or `no_voltage`.
+    """
+    battery = _wanted(log, wanted) if wanted is not None else _propulsion(log, flights)
+    _refuse_unmeasured(log, battery, current_elsewhere=current_elsewhere)
+    others = [b for b in log.batteries if b is not battery]
+    if not others:
+        return battery, ()
+    reason = "asked for" if wanted is not None else "it carries the propulsion current"
+    named = ", ".join(f"{b.instance}: {b.label}" for b in others)
+    text = f"battery {battery.instance} ({battery.label}) is analysed, {reason}; not: {named}"
+    return battery, (LogWarning("several_batteries", text, battery.label),)
+
+
+def _wanted(log: FlightLog, wanted: int) -> BatteryLog:
+    for battery in log.batteries:
+        if battery.instance == wanted:
+            return battery
+    named = ", ".join(f"{b.instance} ({b.label})" for b in log.batteries) or "none"
+    raise Refusal("no_battery", f"{log.name}: no battery {wanted}; the log has: {named}")
+
+
+def _propulsion(log: FlightLog, flights: Flights) -> BatteryLog:
+    if not log.batteries:
+        raise Refusal(
+            "no_battery",
+            f"{log.name}: no battery channel in the log; enable the power module and its logging",
+        )
+    return max(log.batteries, key=lambda b: _propulsion_J(b, log, flights))
+
+
+def _propulsion_J(battery: BatteryLog, log: FlightLog, flights: Flights) -> float:
+    """Energy drawn in flight, less where the current does not follow the thrust; -1 if unknown."""
+    if battery.current_A is None:
+        return -1.0
+    flying = within(battery.time_s, flights.in_air) & np.isfinite(battery.current_A)
+    t, current = battery.time_s[flying], battery.current_A[flying]
+    volts = 1.0 if battery.voltage_V is None else float(np.nanmedian(battery.voltage_V))
+    weight = 1.0
+    if log.thrust is not None and t.size >= LEAST_FLIGHT_SAMPLES:
+        thrust = resample(log.thrust.time_s, log.thrust.values, t)
+        known = np.isfinite(thrust)
+        if known.sum() > 2 and np.ptp(thrust[known]) > 0 and np.ptp(current[known]) > 0:
+            follows = float(np.corrcoef(thrust[known], current[known])[0, 1])
+            weight = max(follows, INDIFFERENT)
+    return volts * charge_C(t, current) * weight
+
+
+def _refuse_unmeasured(log: FlightLog, battery: BatteryLog, *, current_elsewhere: bool) -> None:
+    no_current = battery.current_A is None and not current_elsewhere
+    no_voltage = battery.voltage_V is None
+    if no_current and no_voltage:
+        raise Refusal(
+            "no_battery",
+            f"{log.name}: {battery.label}: neither current nor voltage was measured: the power "
+            "module is not connected or not configured; a current sensor's CSV can replace it "
+            "(--sensor) if the log or pack.toml tells the number of cells",
+        )
+    if no_current:
+        raise Refusal(
+            "no_current",
+            f"{log.name}: {battery.label}: the current was not measured ({_unmeasured(log)}); give "
+            "the CSV of a current sensor (--sensor), or correct the power module's current input",
+        )
+    if no_voltage and not (current_elsewhere and battery.series):
+        raise Refusal(
+            "no_voltage",
+            f"{log.name}: {battery.label}: the voltage was not measured: there is nothing to "
+            "compare the model with; correct the power module's voltage input",
+        )
+
+
+def _unmeasured(log: FlightLog) -> str:
+    said = [w.message for w in log.warnings if w.code == "current_not_measured"]
+    return said[0] if said else "no sample of it"
+
+
+def choose_series(battery: BatteryLog, name: str) -> Cells:
+    """Cells in series as the log says where the voltage allows it, else from the voltage."""
+    if battery.voltage_V is None:
+        if battery.series:
+            return Cells(series=battery.series, inferred=False)
+        raise Refusal("no_voltage", f"{name}: {battery.label}: neither voltage nor cell count")
+    known = battery.voltage_V[np.isfinite(battery.voltage_V)]
+    middle, top = float(np.median(known)), float(np.percentile(known, 99))
+    low, high = CELL_RANGE_V
+    if battery.series and low * battery.series <= middle <= high * battery.series:
+        return Cells(series=battery.series, inferred=False)
+    series = max(1, int(np.ceil(top / CELL_FULL_V)))
+    said = f"the log says {battery.series}" if battery.series else "the log does not say"
+    text = (
+        f"{series} cells in series taken from the voltage ({top:.2f} V at most, {top / series:.2f} "
+        f"a cell; {said}). A pack that was not full has more: state it in pack.toml"
+    )
+    warning = LogWarning("cell_count_inferred", text, battery.label)
+    return Cells(series=series, inferred=True, warnings=(warning,))
