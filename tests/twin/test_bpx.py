@@ -13,6 +13,9 @@ from hypothesis import strategies as st
 from twin.bpx_file import CellError, CellWarning, open_circuit_V, read_bpx
 from twin.bpx_function import Constant, Expression, ExpressionError, Table
 from twin.builtin import builtin_text, load_cell
+from twin.load import Load
+from twin.pack import Pack
+from twin.simulate import simulate
 
 SHARED = Path(__file__).parents[2] / ".." / "shared" / "battery"
 TEXT = builtin_text("lg_m50")
@@ -350,3 +353,26 @@ def test_published_files_of_other_laboratories_are_read(file: str, volts) -> Non
     assert "legacy" in str(said[0].message)
     assert open_circuit_V(cell, 0.0) == pytest.approx(volts[0], abs=0.005)
     assert open_circuit_V(cell, 1.0) == pytest.approx(volts[1], abs=0.005)
+
+
+def with_tables(n: int) -> str:
+    """The LG M50 with both potentials as tables of n rows."""
+    doc = document()
+    x = np.linspace(0.01, 0.99, n)
+    for side in ("Negative electrode", "Positive electrode"):
+        electrode = doc["Parameterisation"][side]
+        exact = Expression(electrode["OCP [V]"])
+        electrode["OCP [V]"] = {"x": x.tolist(), "y": [at(exact, float(v)) for v in x]}
+    return json.dumps(doc)
+
+
+@pytest.mark.slow
+def test_a_cell_of_tables_runs_like_the_one_of_expressions() -> None:
+    load = Load(time_s=np.arange(0.0, 300.0), current_A=np.full(300, 10.0))
+    exact, tabled = (
+        simulate(Pack(cell=cell), load).require().voltage_V
+        for cell in (load_cell("lg_m50"), read_bpx(with_tables(250), name="tables.json"))
+    )
+    assert (
+        np.abs(tabled - exact).max() < 1e-3
+    )  # what straight lines between 250 rows miss, and less
