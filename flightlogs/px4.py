@@ -15,7 +15,7 @@ WANTED = frozenset(
         "battery_status", "battery_info", "vehicle_status",
         "vehicle_land_detected", "actuator_armed", "vehicle_local_position",
         "vehicle_local_position_setpoint", "trajectory_setpoint", "manual_control_setpoint",
-        "vehicle_air_data", "sensor_combined", "vehicle_gps_position", "sensor_gps",
+        "vehicle_air_data", "sensor_combined.baro_alt_meter", "vehicle_gps_position", "sensor_gps",
         "vehicle_thrust_setpoint", "vehicle_attitude_setpoint", "actuator_controls_0",
         "actuator_motors", "actuator_outputs",
     )

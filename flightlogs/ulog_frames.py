@@ -61,7 +61,12 @@ class Frames:
 
 
 def walk(content: bytes, wanted: frozenset[str]) -> Frames:
-    """Find every whole message of a ULog and keep those that serve the wanted topics."""
+    """Find every whole message of a ULog and keep those that serve the wanted topics.
+
+    Args:
+        content: the whole file.
+        wanted: names of topics; `topic.field` wants the topic only where it has that field.
+    """
     walker = _Walker(content, wanted)
     edges = [HEADER_BYTES, *walker.piece_edges(), len(content)]
     for start, stop in pairwise(edges):
@@ -195,7 +200,8 @@ class _Walker:
         if sizes is None or message_id in self.sizes:
             return
         self.sizes[message_id] = (2 + sizes[0], 2 + sizes[1])
-        if name in self.wanted:
+        labels = [label for *_, label in FIELD.findall(self.formats[name])]
+        if name in self.wanted or any(f"{name}.{label}" in self.wanted for label in labels):
             self.kept_ids.add(message_id)
             self.frames.subscriptions.append(message)
 
