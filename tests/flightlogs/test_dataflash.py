@@ -192,6 +192,34 @@ def test_a_dead_sensor_is_not_a_measurement(current, voltage, code: str, missing
     assert code in codes(log)
 
 
+def test_what_no_sensor_can_have_said_is_left_out_and_counted() -> None:
+    struck = np.isin(np.arange(T.size), [100, 200])
+    log = read(binary([w.battery(replace(PACK, current_A=np.where(struck, 1e30, CURRENT)))]))
+    np.testing.assert_array_equal(np.isnan(log.batteries[0].current_A), struck)
+    assert "impossible_values" in codes(log)
+
+
+def test_velocity_of_gps_takes_its_climb_from_the_barometer_where_it_has_none() -> None:
+    columns = {"TimeUS": (T + BOOT_S) * 1e6, "Status": np.where(T < 10, 1, 3)}
+    course = np.mod(np.degrees(np.arctan2(VELOCITY[:, 1], VELOCITY[:, 0])), 360)
+    columns |= {"Spd": np.hypot(VELOCITY[:, 0], VELOCITY[:, 1]), "GCrs": course}
+    gps = w.Table(name="GPS", format="QBff", columns=columns)
+    climb = w.control(T + BOOT_S, 0 * T, T, -VELOCITY[:, 2], 0 * T)
+    velocity = read(binary([gps, climb])).velocity_m_s
+    assert velocity.source == "GPS.Spd,GCrs; CTUN.CRt"
+    assert np.isnan(velocity.values[T < 10]).all()  # no fix yet
+    fixed = T >= 10
+    np.testing.assert_allclose(velocity.values[fixed, :2], VELOCITY[fixed, :2], atol=1e-6)
+    np.testing.assert_allclose(velocity.values[fixed, 2], VELOCITY[fixed, 2], atol=0.0051)
+
+
+def test_one_core_of_the_navigation_filter_is_taken() -> None:
+    other = w.velocity(T + BOOT_S, VELOCITY + 9)
+    second = replace(other, columns={**other.columns, "C": np.ones(T.size)})
+    velocity = read(binary([*flight(), second])).velocity_m_s
+    np.testing.assert_allclose(velocity.values, VELOCITY, rtol=SINGLE, atol=1e-9)
+
+
 def test_a_temperature_that_moves_is_kept() -> None:
     warm = replace(PACK, temperature_K=290 + T / 10)
     (battery,) = read(binary([w.battery(warm)])).batteries

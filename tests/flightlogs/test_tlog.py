@@ -247,6 +247,15 @@ def test_px4_sends_integer_parameters_as_bits() -> None:
     assert log.batteries[0].series == 6
 
 
+def test_a_smart_battery_is_known_by_its_serial_number() -> None:
+    info = {"id": 0, "battery_function": 1, "type": 1, "capacity_full_specification": 5000}
+    info |= {"capacity_full": 4800, "cycle_count": 7, "weight": 300, "discharge_minimum_voltage": 0}
+    info |= {"charging_minimum_voltage": 0, "resting_minimum_voltage": 0}
+    texts = {"serial_number": "SN-0815", "device_name": "pack"}
+    stream = w.Stream(message="SMART_BATTERY_INFO", time_s=[1.0], fields=info | texts)
+    assert read(encode([*flight(), stream])).batteries[0].serial == "SN-0815"
+
+
 def test_a_simulated_vehicle_is_recognised() -> None:
     parameter = w.parameter(0.0, "SIM_BATT_VOLTAGE", 12.6)
     beat = w.heartbeat(T, ARMED, 5, autopilot=w.ARDUPILOT)
