@@ -71,6 +71,7 @@ def assemble(
         velocity_m_s=_channel(velocity, t),
         velocity_setpoint_m_s=_channel(log.velocity_setpoint_m_s, t),
         setpoint_source=log.velocity_setpoint_m_s.source if log.velocity_setpoint_m_s else "",
+        position_setpoint_m=_channel(log.position_setpoint_m, t),
         in_air=within(t, flights.in_air),
         flight=flights.flight,
         other_flights=flights.others,
