@@ -44,6 +44,10 @@ def test_results_and_hidden_folders_are_not_searched(tmp_path) -> None:
 def test_a_log_named_twice_is_analysed_once(tmp_path) -> None:
     touch(tmp_path, "x/a.ulg")
     assert found(tmp_path, ".", "x", "x/a.ulg") == (["x/a.ulg"], 0)
+    roundabout = find(
+        [tmp_path, tmp_path / "x" / ".." / "x"], besides=tmp_path / "analysis", is_log=is_log
+    )
+    assert len(roundabout.logs) == 1
 
 
 def test_a_link_to_a_folder_above_does_not_go_round_in_circles(tmp_path) -> None:

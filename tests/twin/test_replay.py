@@ -128,7 +128,18 @@ def test_a_file_is_replaced_in_one_step_or_left_as_it_was(tmp_path: Path) -> Non
     assert file.read_bytes() == b"first\r\n"
     with pytest.raises(UnicodeEncodeError):
         write_whole(file, "\udcff")
-    with pytest.raises(TypeError):
-        write_whole(file, [1])  # type: ignore[arg-type]
     assert [p.name for p in tmp_path.iterdir()] == ["a.txt"]
     assert file.read_bytes() == b"first\r\n"
+
+
+@pytest.mark.parametrize("error", [OSError("disk full"), KeyboardInterrupt()])
+def test_what_stops_a_write_leaves_no_part_behind(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, error: BaseException
+) -> None:
+    def stopped(*_: object) -> None:
+        raise error
+
+    monkeypatch.setattr(Path, "replace", stopped)
+    with pytest.raises(type(error)):
+        write_whole(tmp_path / "a.txt", "text")
+    assert not list(tmp_path.iterdir())
