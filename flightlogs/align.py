@@ -1,11 +1,47 @@
 """The sensor's clock mapped to the autopilot's by what both saw: the current."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
+import numpy as np
+
+from flightlogs.correlate import (
+    STEP_S,
+    lively,
+    overlap_correlation,
+    peaks,
+    regrid,
+    significance,
+)
 from flightlogs.errors import LogError, LogWarning
+from flightlogs.evidence import Evidence, judge
 from flightlogs.log import FlightLog, FloatArray, check_increasing, frozen_array
+from flightlogs.polish import Polished, polish
 from flightlogs.recording import ClockFit
+from flightlogs.reference import BATTERY_CURRENT, MIN_SAMPLES, THRUST, Reference, candidates
+from flightlogs.refine import ClockMap, Pair, refine
 from flightlogs.sensor import SensorLog
+
+MIN_COMMON_S = 30.0
+"""Shorter recordings hold too few manoeuvres to tell one lag from another."""
+TREND_S, LIMIT = 10.0, 6.0
+CANDIDATES = 4
+APART_S = 0.5
+"""Lags closer than this are one and the same."""
+SMOOTHING_S = 0.2
+SECOND_BEST = 1.5
+"""Another lag may not leave less than this times the residual of the best one."""
+MOST_UNEXPLAINED = {BATTERY_CURRENT: 0.2, THRUST: 0.4}
+LEAST_CORRELATION = {BATTERY_CURRENT: 0.9, THRUST: 0.8}
+MOST_REDNESS = 1.25
+LEAST_LIVELINESS = 0.03
+LARGEST_DRIFT = 500e-6
+"""Of two quartz or ceramic clocks over the temperatures of a flight."""
+USABLE_S = 0.02
+"""Standard deviation of a time anywhere in the flight: 50 ms is 2.5 times that."""
+GOOD_DRIFT = 20e-6 / 2.576
+"""Standard deviation with which the drift is within 20 ppm in 99 of 100 flights."""
+MOTOR_LAG_S = 0.05
+"""Commanded thrust leads the current by about this; how much is not known."""
 
 
 class AlignmentRefused(LogError):
@@ -45,8 +81,23 @@ class AlignedSensor:
         check_increasing(self.time_s, "aligned sensor")
 
 
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Rough:
+    """A lag that may be the right one."""
+
+    reference: Reference
+    pair: Pair
+    clock: ClockMap
+    score: float
+    unexplained: float
+
+
 def align(sensor: SensorLog, log: FlightLog, *, battery: int | None = None) -> AlignedSensor:
     """Map the sensor's clock to that of the flight log: t_log = t_sensor (1 + drift) + offset.
+
+    The sensor's current is held against the current of the autopilot's battery, or against thrust
+    where the log has no current that moves. Only what changes counts, so a wrong scale or zero of
+    either does no harm.
 
     Args:
         sensor: recording of the current sensor.
@@ -57,4 +108,192 @@ def align(sensor: SensorLog, log: FlightLog, *, battery: int | None = None) -> A
     Raises:
         AlignmentRefused: the evidence does not fix the clock; its `code` names the reason.
     """
-    raise AlignmentRefused("no_reference", f"{sensor.name}, {log.name}: battery {battery}")
+    references = candidates(log, battery)
+    if not references:
+        raise AlignmentRefused(
+            "no_reference",
+            f"{log.name}: neither a battery current that moves nor thrust to hold "
+            f"{sensor.name} against",
+        )
+    known = np.isfinite(sensor.current_A)
+    t, x = sensor.time_s[known], sensor.current_A[known]
+    if len(t) < 2 or min(t[-1] - t[0], *(r.time_s[-1] - r.time_s[0] for r in references)) < (
+        MIN_COMMON_S
+    ):
+        raise AlignmentRefused(
+            "too_short",
+            f"{sensor.name}, {log.name}: less than {MIN_COMMON_S:.0f} s of current on one side",
+        )
+    found = [rough for r in references for rough in search(t, x, r)]
+    if not found:
+        raise AlignmentRefused(
+            "no_overlap",
+            f"{sensor.name}, {log.name}: at no lag do {MIN_COMMON_S:.0f} s of both meet and agree",
+        )
+    best = choose(found, sensor.name, log.name)
+    return finish(sensor, log, best)
+
+
+def search(t: FloatArray, x: FloatArray, reference: Reference) -> list[Rough]:
+    """The most significant lags of one reference, each refined to some milliseconds."""
+    grids = [regrid(t, x), regrid(reference.time_s, reference.values)]
+    a, b = (lively(g, trend_s=TREND_S, limit=LIMIT, step_s=STEP_S) for g in grids)
+    lags, r, n = overlap_correlation(a, b, round(MIN_COMMON_S / STEP_S))
+    z = significance(r, n)
+    out: list[Rough] = []
+    for lag in peaks(lags, z, apart=round(2 * APART_S / STEP_S), count=CANDIDATES):
+        clock = ClockMap(float(lag * STEP_S + reference.time_s[0] - t[0]), 0.0)
+        at = clock.to_sensor(reference.time_s)
+        common = (at >= t[0]) & (at <= t[-1])
+        if np.sum(common) < MIN_SAMPLES:
+            continue
+        pair = Pair(
+            sensor_s=t,
+            sensor=x,
+            reference_s=reference.time_s[common],
+            reference=reference.values[common],
+        )
+        if reference.method == THRUST:
+            pair = replace(pair, reference=as_current(pair, clock))
+        clock, unexplained = refine(pair, clock, width_s=width(pair))
+        score = float(z[lags == lag][0])
+        out.append(
+            Rough(reference=reference, pair=pair, clock=clock, score=score, unexplained=unexplained)
+        )
+    return out
+
+
+def width(pair: Pair) -> float:
+    """Of the smoothing: SMOOTHING_S, or a sampling step of the slower instrument."""
+    steps = [float(np.median(np.diff(t))) for t in (pair.sensor_s, pair.reference_s)]
+    return max(SMOOTHING_S, *steps)
+
+
+def as_current(pair: Pair, clock: ClockMap) -> FloatArray:
+    """(m,) cubic in thrust that comes closest to the current: power grows faster than thrust."""
+    current = np.interp(clock.to_sensor(pair.reference_s), pair.sensor_s, pair.sensor)
+    v = pair.reference / max(float(np.max(np.abs(pair.reference))), 1e-12)
+    powers = np.column_stack([v**k for k in range(4)])
+    return np.asarray(powers @ np.linalg.lstsq(powers, current, rcond=None)[0])
+
+
+def choose(found: list[Rough], sensor: str, log: str) -> Rough:
+    """The lag that fits best; refused if a distant one fits nearly as well.
+
+    Among several batteries the most significant one counts: the others are not rivals, a second
+    battery of the same vehicle may well see the same manoeuvres.
+    """
+    top = max(found, key=lambda rough: rough.score).reference
+    mine = sorted((r for r in found if r.reference is top), key=lambda r: r.unexplained)
+    best = mine[0]
+    if best.unexplained > MOST_UNEXPLAINED[top.method]:
+        raise AlignmentRefused(
+            "wrong_flight",
+            f"{sensor} does not follow {top.source} of {log} at any lag: "
+            f"{100 * best.unexplained:.0f} % of its variance is left at the best one",
+        )
+    middle = best.clock.to_reference(np.array([best.pair.sensor_s.mean()]))
+    for other in mine[1:]:
+        there = other.clock.to_reference(np.array([best.pair.sensor_s.mean()]))
+        far = abs(float(there[0] - middle[0])) > APART_S
+        if far and other.unexplained < SECOND_BEST * best.unexplained:
+            raise AlignmentRefused(
+                "ambiguous",
+                f"{sensor} follows {top.source} of {log} nearly equally well at offsets "
+                f"{best.clock.offset_s:.1f} s and {other.clock.offset_s:.1f} s",
+            )
+    return best
+
+
+def finish(sensor: SensorLog, log: FlightLog, rough: Rough) -> AlignedSensor:
+    """The last milliseconds, the evidence and the refusals that rest on them."""
+    names = f"{sensor.name}, {log.name} ({rough.reference.source})"
+    method = rough.reference.method
+    polished = polish(rough.pair, rough.clock)
+    c = polished.comparison
+    spacing = float(np.median(np.diff(polished.reference_s)))
+    evidence = judge(c.expected, c.residual, spacing)
+    if evidence is None:
+        raise AlignmentRefused("too_short", f"{names}: less than 20 s of flight in common")
+    if evidence.liveliness < LEAST_LIVELINESS:
+        raise AlignmentRefused(
+            "steady",
+            f"{names}: in flight the current stays within {100 * evidence.liveliness:.1f} % of its "
+            "mean, as in any hover: nothing tells this flight from another",
+        )
+    check_flight(evidence, polished, method, names)
+    end_std = float(np.hypot(polished.middle_std_s, polished.drift_std * rough.pair.half_s))
+    if not end_std < USABLE_S:
+        raise AlignmentRefused(
+            "uncertain",
+            f"{names}: the clock is known to {1e3 * end_std:.0f} ms only, {1e3 * USABLE_S:.0f} ms "
+            "is usable",
+        )
+    lag = MOTOR_LAG_S if method == THRUST else 0.0
+    is_current = method == BATTERY_CURRENT
+    fit = ClockFit(
+        method=method,
+        offset_s=polished.clock.offset_s,
+        drift_ppm=1e6 * polished.clock.drift,
+        correlation=evidence.correlation,
+        uncertainty_s=float(np.hypot(polished.middle_std_s, lag)),
+        drift_uncertainty_ppm=1e6 * polished.drift_std,
+        gain=c.gain if is_current else None,
+        bias_A=c.bias if is_current else None,
+    )
+    return AlignedSensor(
+        time_s=polished.clock.to_reference(sensor.time_s),
+        current_A=sensor.current_A,
+        fit=fit,
+        warnings=doubts(fit, sensor.name, rough.reference.source),
+    )
+
+
+def check_flight(evidence: Evidence, polished: Polished, method: str, names: str) -> None:
+    """AlignmentRefused("wrong_flight") unless these look like two records of one flight."""
+    reasons = []
+    if not polished.converged:
+        reasons.append("the fit of the clock does not settle")
+    if abs(polished.clock.drift) > LARGEST_DRIFT:
+        reasons.append(
+            f"the clocks would drift by {1e6 * polished.clock.drift:.0f} ppm, "
+            f"{1e6 * LARGEST_DRIFT:.0f} is the most that is credible"
+        )
+    if not polished.comparison.gain > 0:
+        reasons.append("the currents have opposite signs")
+    if evidence.correlation < LEAST_CORRELATION[method]:
+        reasons.append(
+            f"their correlation is {evidence.correlation:.2f}, two records of one flight "
+            f"reach {LEAST_CORRELATION[method]:.2f}"
+        )
+    if method == BATTERY_CURRENT and evidence.redness > MOST_REDNESS:
+        reasons.append(
+            f"they differ slowly, {evidence.redness:.1f} times what the noise of two instruments "
+            "gives, as flights of one plan in different gusts do"
+        )
+    if reasons:
+        raise AlignmentRefused("wrong_flight", f"{names}: " + "; ".join(reasons))
+
+
+def doubts(fit: ClockFit, sensor: str, source: str) -> tuple[LogWarning, ...]:
+    """What a reader of the alignment should know."""
+    out = []
+    if 1e-6 * fit.drift_uncertainty_ppm > GOOD_DRIFT:
+        out.append(
+            LogWarning(
+                "drift_uncertain",
+                f"{sensor}: drift {fit.drift_ppm:.0f} ppm is known to "
+                f"{fit.drift_uncertainty_ppm:.0f} ppm only; do not extrapolate beyond this flight",
+                source,
+            )
+        )
+    if fit.method == THRUST:
+        out.append(
+            LogWarning(
+                "aligned_by_thrust",
+                f"{sensor}: the log has no usable current, so thrust fixed the clock; the current "
+                f"follows thrust by a lag that is not known to better than {MOTOR_LAG_S} s",
+                source,
+            )
+        )
+    return tuple(out)
