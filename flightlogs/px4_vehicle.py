@@ -87,7 +87,7 @@ def firmware(info: Mapping[str, str | int]) -> str:
     """E.g. `PX4 1.14.0`, `PX4 1.15.0-dev`, or the commit where no release is given."""
     name = str(info.get("sys_name", "PX4"))
     release = info.get("ver_sw_release")
-    if isinstance(release, int) and release > 0:
+    if isinstance(release, int) and 0 < release < 1 << 32:
         major, minor, patch, kind = release.to_bytes(4, "big")
         suffix = next(text for least, text in RELEASES if kind >= least)
         return f"{name} {major}.{minor}.{patch}{suffix}"

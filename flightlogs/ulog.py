@@ -2,6 +2,7 @@
 
 import contextlib
 import io
+import math
 import struct
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -81,7 +82,7 @@ def read_topics(stream: BinaryIO, wanted: frozenset[str], *, name: str) -> UlogF
     lost_ms = [d.duration for d in ulog.dropouts]
     return UlogFile(
         info={k: v for k, v in ulog.msg_info_dict.items() if isinstance(v, str | int)},
-        parameters={k: float(v) for k, v in ulog.initial_parameters.items()},
+        parameters=_numbers(ulog.initial_parameters),
         topics=_topics(ulog, np.array(frames.order, dtype=np.int64)),
         dropouts_s=sum(lost_ms) * 1e-3,
         recovered_fraction=frames.decoded_bytes / frames.total_bytes,
@@ -105,6 +106,12 @@ def _parsed(header: bytes, frames: Frames, name: str) -> ULog:
             return ULog(io.BytesIO(b"".join(parts)))
         except (ULogException, ValueError, KeyError, IndexError, struct.error) as e:
             raise LogDamaged(f"{name}: pyulog cannot read what is whole of it: {e}") from e
+
+
+def _numbers(parameters: Mapping[str, object]) -> dict[str, float]:
+    """Those that are finite numbers; a damaged type makes bytes of a parameter."""
+    numbers = {k: float(v) for k, v in parameters.items() if isinstance(v, int | float)}
+    return {k: v for k, v in numbers.items() if math.isfinite(v)}
 
 
 def _topics(ulog: ULog, order: npt.NDArray[np.int64]) -> tuple[Topic, ...]:

@@ -118,11 +118,11 @@ class _Walker:
             if at >= stop:
                 return
             found = self._resynchronised(at + 1, stop)
-            if found is None:  # cut off here, not damaged
-                self.frames.truncated |= last_piece
+            if found is None and self._is_cut_off(at, stop):
+                self.frames.truncated |= last_piece  # an appended piece may follow a cut message
                 return
             self.frames.damaged_places += 1
-            at = found
+            at = stop if found is None else found
 
     def _run(self, at: int, stop: int) -> int:
         """Take whole messages from `at` on; the place of the first that is not."""
@@ -162,6 +162,13 @@ class _Walker:
             if self._chain(found.start(), stop):
                 return found.start()
         return None
+
+    def _is_cut_off(self, at: int, stop: int) -> bool:
+        """True if a message that begins here would end beyond `stop`."""
+        if stop - at < HEAD.size:
+            return True
+        size, kind = HEAD.unpack_from(self.content, at)
+        return (kind == DATA or kind in CHECKS) and at + HEAD.size + size > stop
 
     def _chain(self, at: int, stop: int) -> bool:
         for _ in range(CHAIN):
