@@ -17,16 +17,15 @@ def cut(recording: Recording, detector: MotionDetector | None = None) -> tuple[S
     one: at the last sample), so charges add up to the recording's. Nothing is known inside a gap
     longer than `detector.gap_s`: the segment before it stops at its last sample, the one behind
     starts anew. Where no velocity is known the motion is MIXED with Basis.NONE; the ground is told
-    by the in-air flag (Basis.NONE).
+    by the in-air flag, trimmed by height and current (Basis.NONE).
     """
     detector = detector or MotionDetector()
     command = commanded(recording, detector.sticks)
+    airborne = detector.airborne.find(recording)
     out: list[Segment] = []
     for a, b in pieces(recording.time_s, detector.gap_s):
         if b - a >= 2:
-            codes = detector.label(
-                recording.time_s[a:b], command.velocity_m_s[a:b], recording.in_air[a:b]
-            )
+            codes = detector.label(recording.time_s[a:b], command.velocity_m_s[a:b], airborne[a:b])
             out += [
                 _segment(recording, command, int(codes[start]), a + start, min(a + stop, b - 1))
                 for start, stop in constant_runs(codes)

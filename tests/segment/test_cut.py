@@ -121,10 +121,10 @@ def test_a_turning_point_does_not_end_a_motion_and_a_correction_does_not_begin_o
     ]
 
 
-def test_a_slow_sideways_drift_does_not_make_a_fast_climb_mixed():
+def test_a_slight_climb_does_not_make_a_fast_flight_mixed():
     velocity = np.zeros((200, 3))
-    velocity[:, 2], velocity[:, 0] = -6.0, 1.0
-    assert motions(still(velocity_m_s=velocity)) == [Motion.VERTICAL]
+    velocity[:, 0], velocity[:, 2] = 9.0, -0.6
+    assert motions(still(velocity_m_s=velocity)) == [Motion.HORIZONTAL]
     assert motions(still(velocity_m_s=velocity), share=0.0) == [Motion.MIXED]
 
 
