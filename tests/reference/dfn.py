@@ -26,6 +26,15 @@ class Mesh:
     graded: bool = True
 
 
+@dataclass(frozen=True, slots=True, eq=False)
+class Answer:
+    """What PyBaMM says at the samples (n,), and the time its integrator took, building apart."""
+
+    voltage_V: FloatArray
+    temperature_K: FloatArray
+    solve_s: float
+
+
 DEFAULT = Mesh(layer=20, particle=20, graded=False)  # what PyBaMM takes when told nothing
 
 
@@ -60,19 +69,16 @@ def simulation(
     )
 
 
-def solve_linear(
-    file: Path, time_s: FloatArray, current_A: FloatArray, **settings: Any
-) -> tuple[FloatArray, FloatArray]:
-    """Voltage and temperature (n,) at the samples; the current runs straight between them."""
+def solve_linear(file: Path, time_s: FloatArray, current_A: FloatArray, **settings: Any) -> Answer:
+    """The current runs straight between the samples."""
     current = pybamm.Interpolant(time_s, current_A, pybamm.t, interpolator="linear")
     sim = simulation(file, current, **settings)
-    return _outputs(sim.solve(time_s, t_interp=time_s))  # a stop at each sample: a kink there
+    solution = sim.solve(time_s, t_interp=time_s)  # a stop at each sample: a kink there
+    return Answer(*_outputs(solution), float(solution.solve_time.value))
 
 
-def solve_hold(
-    file: Path, time_s: FloatArray, current_A: FloatArray, **settings: Any
-) -> tuple[FloatArray, FloatArray]:
-    """The same for a current that holds from each sample to the next.
+def solve_hold(file: Path, time_s: FloatArray, current_A: FloatArray, **settings: Any) -> Answer:
+    """The current holds from each sample to the next.
 
     Where it changes, the voltage of the sample is the one just after the change; so the last two
     currents must be equal.
@@ -81,7 +87,7 @@ def solve_hold(
     sim.build(inputs={"Current function [A]": float(current_A[0])})
     change = np.append(np.flatnonzero(np.diff(current_A)) + 1, time_s.size - 1)
     voltage_V, temperature_K = np.empty(time_s.size), np.empty(time_s.size)
-    solution, first = None, 0
+    solution, first, solve_s = None, 0, 0.0
     for last in change:
         span = time_s[first : last + 1] - time_s[first]
         solution = sim.solver.step(
@@ -95,8 +101,8 @@ def solve_hold(
         )
         piece = slice(first, last + 1)
         voltage_V[piece], temperature_K[piece] = _outputs(solution)
-        first = last
-    return voltage_V, temperature_K
+        first, solve_s = last, solve_s + float(solution.solve_time.value)
+    return Answer(voltage_V, temperature_K, solve_s)
 
 
 def _outputs(solution: pybamm.Solution) -> tuple[FloatArray, FloatArray]:

@@ -6,16 +6,14 @@ from the one of the first two bounds its own error and is stored with it.
 """
 
 import sys
-import time
 import warnings
-from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 import numpy.typing as npt
 import pybamm
 
-from tests.reference.dfn import DEFAULT, Mesh, solve_hold, solve_linear
+from tests.reference.dfn import DEFAULT, Answer, Mesh, solve_hold, solve_linear
 from tests.reference.loads import LOADS, ReferenceLoad, names
 
 FloatArray = npt.NDArray[np.float64]
@@ -34,15 +32,6 @@ COARSEST = {  # of three meshes; a load of 6000 samples affords less
 }
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Solved:
-    """Voltage and temperature at the samples, on one mesh."""
-
-    voltage_V: FloatArray
-    temperature_K: FloatArray
-    seconds: float
-
-
 def meshes(cell: str, kind: str) -> list[Mesh]:
     """Coarse to fine."""
     first = COARSEST[cell, kind]
@@ -56,13 +45,12 @@ def meshes(cell: str, kind: str) -> list[Mesh]:
 
 def solve(
     cell: str, load: ReferenceLoad, *, mesh: Mesh, thermal: str, tolerance: float | None
-) -> Solved:
+) -> Answer:
     """One load on one mesh."""
     method = solve_hold if load.hold else solve_linear
-    start = time.perf_counter()
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")  # PyBaMM's own, about its own defaults
-        voltage, temperature = method(
+        return method(
             CELLS / f"{cell}.bpx.json",
             load.time_s,
             load.current_A,
@@ -70,7 +58,6 @@ def solve(
             thermal=thermal,
             tolerance=tolerance,
         )
-    return Solved(voltage, temperature, time.perf_counter() - start)
 
 
 def limit(coarse: FloatArray, fine: FloatArray) -> FloatArray:
@@ -112,7 +99,7 @@ def make(name: str) -> str:
         f"| {name} | {load.time_s.size} | {load.time_s[-1]:.0f} | {best.min():.3f} "
         f"| {temperature.max() - 273.15:.2f} | {own[0]:.4f} / {own[1]:.4f} "
         f"| {finest[0]:.3f} / {finest[1]:.3f} | {plain[0]:.2f} / {plain[1]:.2f} "
-        f"| {default.seconds:.1f} / {refined[2].seconds:.0f} |"
+        f"| {default.solve_s:.1f} / {refined[2].solve_s:.0f} |"
     )
 
 
