@@ -10,6 +10,7 @@ import warnings
 from dataclasses import dataclass
 from pathlib import Path
 
+from analyze.names import printable
 from analyze.output import kept_result, write_flight
 from analyze.pack_choice import PackChoice
 from analyze.pipeline import Inputs, analyse
@@ -121,6 +122,7 @@ def sha256_of(path: Path) -> str:
 
 
 def _failed(job: Job, code: str, reason: str, details: str = "") -> Failed:
+    reason = reason.removeprefix(f"{printable(job.log.name)}: ")  # the path is said before it
     return Failed(
         job=job, failure=Failure(file=job.shown, code=code, reason=reason), details=details
     )

@@ -14,9 +14,9 @@ from twin.pack import Pack
 from twin.pack_file import ZERO_CELSIUS_K, PackFile, effect_ids
 
 ROOM_K = 298.15
-# At half the capacity in an hour a pack of 10 mOhm a cell and Ah is 5 mV a cell below its rest
-# voltage; the known resistance takes most of that back.
-REST_PER_H = 0.5
+# Of the median current in the air: motors off or idling. Taking the slope's share back leaves a
+# few millivolts of slow overpotential, a per cent of charge.
+REST_SHARE = 0.25
 REST_S = 10.0  # at the start of the log: later the avionics have drawn charge
 REST_SAMPLES = 3
 BEYOND_V = 0.02  # a cell: what the voltage dividers of autopilots are off by anyway
@@ -38,7 +38,7 @@ def pack_use(recording: Recording, file: PackFile | None, cell: Cell, *, builtin
     capacity = _capacity(recording, file, cell, parallel)
     start = _temperature(recording, file)
     ambient = _ambient(file, start)
-    soc = _soc(recording, file, cell, series, capacity.value)
+    soc = _soc(recording, file, cell, series)
     transfer = _heat_transfer(file)
     return PackUse(
         name=file.pack.name if file else "",
@@ -124,12 +124,10 @@ def _heat_transfer(file: PackFile | None) -> Known:
     return Known(value=default, origin="not known: the default of the effect")
 
 
-def _soc(
-    recording: Recording, file: PackFile | None, cell: Cell, series: int, capacity_C: float
-) -> Known:
+def _soc(recording: Recording, file: PackFile | None, cell: Cell, series: int) -> Known:
     if file and file.start.soc is not None:
         return Known(value=file.start.soc, origin="pack file")
-    rest = rest_voltage(recording, capacity_C)
+    rest = rest_voltage(recording)
     if rest is None:
         return Known(value=1.0, origin="not known: a full pack assumed")
     one = rest.value / series
@@ -139,7 +137,7 @@ def _soc(
     return Known(value=soc, origin=f"{rest.origin}, {one:.3f} V a cell{note}")
 
 
-def rest_voltage(recording: Recording, capacity_C: float) -> Known | None:
+def rest_voltage(recording: Recording) -> Known | None:
     """The pack's voltage without load at the start of the recording, as well as it is known [V].
 
     Samples of the first REST_S, brought to zero current with the slope of voltage on current;
@@ -149,9 +147,13 @@ def rest_voltage(recording: Recording, capacity_C: float) -> Known | None:
     early &= np.isfinite(recording.voltage_V)
     slope = recording.resistance_ohm
     unloaded = recording.voltage_V + (slope or 0.0) * recording.current_A
-    idle = early & (np.abs(recording.current_A) <= REST_PER_H * capacity_C / 3600)
+    flying = recording.current_A[recording.in_air]
+    idle_A = REST_SHARE * _median(flying) if flying.size else 0.0
+    idle = early & ~recording.in_air & (np.abs(recording.current_A) <= idle_A)
     if np.count_nonzero(idle) >= REST_SAMPLES:
-        return Known(value=_median(unloaded[idle]), origin="from the voltage at rest at the start")
+        return Known(
+            value=_median(unloaded[idle]), origin="from the voltage at rest before take-off"
+        )
     if np.count_nonzero(early) >= REST_SAMPLES and slope is not None:
         return Known(
             value=_median(unloaded[early]),

@@ -1,17 +1,17 @@
 """The flight over time, so that a person can judge the cut."""
 
-from typing import TYPE_CHECKING
+from typing import NamedTuple
 
 import numpy as np
 
+from flightlogs.recording import Recording
 from reports import plots
 from reports.flight import FlightReport
 from reports.quantity import ampere_hours, fixed
 from reports.section import Cell, Column, Figure, Section, Table
+from segment import MotionDetector
+from segment.command import BASES, commanded
 from segment.segment import Basis, Segment
-
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
 
 BASIS = {
     Basis.SETPOINT: "commanded velocity",
@@ -20,6 +20,7 @@ BASIS = {
     Basis.VELOCITY: "measured velocity",
     Basis.NONE: "neither velocity nor command",
 }
+MEASURED_RANK = BASES.index(Basis.VELOCITY)  # what ranks before it is a command
 COLUMNS = (
     Column(title="motion", numeric=False),
     Column(title="from [s]"),
@@ -29,6 +30,13 @@ COLUMNS = (
     Column(title="charge [Ah]"),
     Column(title="mean [A]"),
 )
+
+
+class Panel(NamedTuple):
+    """One of the drawings below each other: the label of its axis and (values, colour, name)."""
+
+    label: str
+    lines: tuple[tuple[plots.FloatArray, str, str], ...]
 
 
 def course(report: FlightReport) -> Section:
@@ -57,22 +65,24 @@ def _decided(segments: tuple[Segment, ...]) -> str:
 
 def _figure(report: FlightReport) -> Figure:
     recording = report.recording
-    has_velocity = recording.velocity_m_s is not None
-    canvas, axes = plots.panels([2.4, 1.7, 1.7] if has_velocity else [2.6])
-    plots.shade(axes, report.segments)
-    plots.line(
-        axes[0], recording.time_s, recording.current_A, plots.MEASURED, recording.current_source
+    current = Panel(
+        "current [A]", ((recording.current_A, plots.MEASURED, recording.current_source),)
     )
-    axes[0].set_ylabel("current [A]")
-    if has_velocity:
-        _velocities(axes[1], axes[2], report)
+    drawn = (current, *(p for p in _speeds(recording) if p.lines))
+    canvas, axes = plots.panels([2.4, *(1.7 for _ in drawn[1:])])
+    plots.shade(axes, report.segments)
+    for ax, panel in zip(axes, drawn, strict=True):
+        for values, colour, label in panel.lines:
+            plots.line(ax, recording.time_s, values, colour, label)
+        ax.set_ylabel(panel.label)
+        plots.legend(ax)
     axes[-1].set_xlabel("time since the start of the log [s]")
     axes[-1].set_xlim(float(recording.time_s[0]), float(recording.time_s[-1]))
-    for ax in axes:
-        plots.legend(ax)
     plots.motion_key(canvas, report.segments)
-    command = f" Commands: {recording.setpoint_source}." if recording.setpoint_source else ""
-    none = "" if has_velocity else " The log has no credible velocity."
+    command = (
+        f" Velocity setpoints: {recording.setpoint_source}." if recording.setpoint_source else ""
+    )
+    none = " The log has no credible velocity." if recording.velocity_m_s is None else ""
     return Figure(
         caption=f"Current and velocity; the background is the motion.{command}{none}",
         description=_description(report),
@@ -80,19 +90,22 @@ def _figure(report: FlightReport) -> Figure:
     )
 
 
-def _velocities(climb: "Axes", ground: "Axes", report: FlightReport) -> None:
-    recording = report.recording
-    lines = (
-        (recording.velocity_m_s, plots.MEASURED, "measured"),
-        (recording.velocity_setpoint_m_s, plots.COMMANDED, "commanded"),
+def _speeds(recording: Recording) -> tuple[Panel, Panel]:
+    """Climb and ground speed: measured, and commanded as the cut understood it."""
+    command = commanded(recording, MotionDetector().sticks)
+    given = command.velocity_m_s.copy()
+    given[command.horizontal_basis >= MEASURED_RANK, :2] = np.nan
+    given[command.vertical_basis >= MEASURED_RANK, 2] = np.nan
+    measured = recording.velocity_m_s
+    both = [(given, plots.COMMANDED, "commanded")]
+    if measured is not None:
+        both.insert(0, (measured, plots.MEASURED, "measured"))
+    climb = [(-v[:, 2], colour, label) for v, colour, label in both]
+    ground = [(np.hypot(v[:, 0], v[:, 1]), colour, label) for v, colour, label in both]
+    return (
+        Panel("climb [m/s]", tuple(x for x in climb if np.isfinite(x[0]).any())),
+        Panel("ground speed [m/s]", tuple(x for x in ground if np.isfinite(x[0]).any())),
     )
-    for values, colour, label in lines:
-        if values is not None:
-            plots.line(climb, recording.time_s, -values[:, 2], colour, label)
-            speed = np.hypot(values[:, 0], values[:, 1])
-            plots.line(ground, recording.time_s, speed, colour, label)
-    climb.set_ylabel("climb [m/s]")
-    ground.set_ylabel("ground speed [m/s]")
 
 
 def _description(report: FlightReport) -> str:

@@ -31,20 +31,29 @@ def profiles(report: FlightReport) -> Section | None:
     if not report.profiles:
         return None
     made = [p for p in report.profiles.values() if isinstance(p, PeriodicProfile)]
-    notices = tuple(
-        Notice(text=f"{plots.motion_name(motion).capitalize()}: no profile. {p.reason}")
-        for motion, p in report.profiles.items()
-        if isinstance(p, TooLittle)
-    )
     return Section(
         id="profiles",
         title="Periodic profile of each motion",
         lead=("The waveform that stands for a motion when a flight is repeated many times.",),
-        notices=notices,
+        notices=_missing(report),
         figures=(_figure(made),) if made else (),
         tables=(_table(made),) if made else (),
         notes=(NOTE,) if made else (),
     )
+
+
+def _missing(report: FlightReport) -> tuple[Notice, ...]:
+    """Motions without a profile; those that were not flown in one sentence."""
+    missing = [p for p in report.profiles.values() if isinstance(p, TooLittle)]
+    few = [
+        Notice(text=f"{plots.motion_name(p.motion).capitalize()}: no profile. {p.reason}")
+        for p in missing
+        if p.source_s
+    ]
+    none = ", ".join(plots.motion_name(p.motion) for p in missing if not p.source_s)
+    if none:
+        few.append(Notice(text=f"No profile of motions that this flight does not have: {none}."))
+    return tuple(few)
 
 
 def _figure(made: list[PeriodicProfile]) -> Figure:

@@ -98,15 +98,14 @@ def recorded(current: np.ndarray, open_V: float, resistance: float):
 
 
 def test_rest_is_found_before_take_off_and_the_idle_current_is_taken_back() -> None:
-    known = rest_voltage(recorded(example.CURRENT, 16.2, 0.03), 7920.0)
+    known = rest_voltage(recorded(example.CURRENT, 16.2, 0.03))
     assert known is not None
     assert known.value == pytest.approx(16.2)
     assert "at rest" in known.origin
 
 
 def test_a_log_that_starts_in_the_air_is_said_to_have_no_rest() -> None:
-    flying = np.full(example.T.size, 20.0)
-    known = rest_voltage(recorded(flying, 16.2, 0.03), 7920.0)
+    known = rest_voltage(recorded(np.full(example.T.size, 20.0), 16.2, 0.03))
     assert known is not None
     assert known.value == pytest.approx(16.2)
     assert "no rest in the log" in known.origin
@@ -120,7 +119,7 @@ def test_a_voltage_the_cell_cannot_have_is_owned_up_to() -> None:
 
 def test_neither_rest_nor_slope_is_a_full_pack_and_said_so() -> None:
     flying = example.recording(current_A=np.full(example.T.size, 20.0), resistance_ohm=None)
-    assert rest_voltage(flying, 7920.0) is None
+    assert rest_voltage(flying) is None
     use = pack_use(flying, None, CELL, builtin=True)
     assert use.initial_soc == 1.0
     assert "a full pack assumed" in use.origins["initial_soc"]
