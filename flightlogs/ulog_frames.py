@@ -136,7 +136,7 @@ class _Walker:
                     return at
                 if message_id in kept:
                     self._take_data(at, end, message_id)
-            elif not self._whole(at, stop):
+            elif not self._whole(at, stop) or self._swallows(at, end, stop):
                 return at
             elif taker := self.takers.get(kind):
                 taker(content[at:end], content[at + HEAD.size : end])
@@ -157,8 +157,14 @@ class _Walker:
         check = CHECKS.get(kind)
         return check is not None and check(body)
 
-    def _resynchronised(self, at: int, stop: int) -> int | None:
-        for found in CANDIDATE.finditer(self.content, at, stop):
+    def _swallows(self, at: int, end: int, stop: int) -> bool:
+        """True if a message of free length leads nowhere while whole ones begin inside it."""
+        if end == stop or self._whole(end, stop) or self._is_cut_off(end, stop):
+            return False
+        return self._resynchronised(at + 1, stop, before=end) is not None
+
+    def _resynchronised(self, at: int, stop: int, before: int | None = None) -> int | None:
+        for found in CANDIDATE.finditer(self.content, at, before or stop):
             if self._chain(found.start(), stop):
                 return found.start()
         return None
