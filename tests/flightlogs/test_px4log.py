@@ -98,6 +98,12 @@ def test_an_unknown_current_is_not_a_measurement() -> None:
     assert "current_not_measured" in [w.code for w in log.warnings]
 
 
+def test_single_unknown_samples_are_nan() -> None:
+    unknown = (T > 10) & (T < 11)
+    (battery,) = read(encode(flight(C=np.where(unknown, -1, CURRENT)))).batteries
+    np.testing.assert_array_equal(np.isnan(battery.current_A), unknown)
+
+
 def test_without_time_records_nothing_can_be_placed() -> None:
     with pytest.raises(LogDamaged, match="TIME"):
         read(encode([t for t in flight() if t.name != "TIME"]))

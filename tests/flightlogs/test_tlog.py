@@ -303,6 +303,15 @@ def test_what_lies_behind_a_damaged_stretch_is_recovered(at: int, size: int, see
     assert set(battery.voltage_V) <= set(read(whole()).batteries[0].voltage_V)
 
 
+def test_a_packet_with_a_flipped_bit_is_left_out() -> None:
+    table = read_packets(whole(), 8, "BATTERY_STATUS".__eq__).tables["BATTERY_STATUS"]
+    data = bytearray(whole())
+    data[int(table.offset[50]) + 20] ^= 4
+    log = read(bytes(data))
+    np.testing.assert_allclose(log.batteries[0].time_s, np.delete(T, 50), atol=1e-6)
+    assert 0.99 < log.recovered_fraction < 1
+
+
 @pytest.mark.parametrize("data", [b"", b"hello\n" * 50, ANY.bytes(5000), b"\xfd" * 5000])
 def test_what_is_no_log_is_said_to_be_none(data: bytes) -> None:
     with pytest.raises(NotALog, match=r"flight\.tlog"):
