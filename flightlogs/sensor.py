@@ -1,11 +1,29 @@
 """`SensorLog`: what the separate current sensor recorded, on its own clock."""
 
 from dataclasses import dataclass, fields
+from typing import BinaryIO
 
 import numpy as np
+import numpy.typing as npt
 
-from flightlogs.errors import LogError, LogWarning
+from flightlogs.errors import LogDamaged, LogError, LogWarning
 from flightlogs.log import FloatArray, check_increasing, frozen_array
+from flightlogs.sensor_table import read_table
+
+ABSURD_A = 1000.0
+"""No pack that a multirotor carries gives more: such a value is a damaged number (3.4e38)."""
+RAIL_A = 100.0
+"""End of the module's range."""
+RAIL_TOLERANCE_A = 1.0
+PLATEAU = 3
+"""Equal samples in a row at the very top that make a rail of a sensor with another range."""
+JUMP_S = 3600.0
+"""A longer pause is another session, or the clock being set."""
+GAP_STEPS = 2.5
+COARSE_SHARE = 0.5
+"""Share of equal neighbouring stamps from which the stamps are coarser than the sampling."""
+
+BoolArray = npt.NDArray[np.bool_]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -73,3 +91,140 @@ class SensorLog:
                         f"{self.name}: {f.name} {value.shape}, {self.time_s.shape} times"
                     )
         check_increasing(self.time_s, self.name)
+
+
+def read_sensor(stream: BinaryIO, *, name: str) -> SensorLog:
+    """Read the CSV of a current sensor.
+
+    Any header that names quantity and unit will do (time in s, ms, us or a date; current in A or
+    mA), or none. After a reset of the sensor its clock starts anew at an unknown time: of the
+    pieces only the longest is kept, nothing is joined by guess.
+
+    Args:
+        stream: bytes of the file.
+        name: for messages.
+
+    Raises:
+        NotALog: no table with a time and a current.
+        LogDamaged: a table, but without two samples on one clock, or without any current.
+    """
+    raw = read_table(stream.read(), name)
+    time_s, coarse = spread_coarse(raw.time_s)
+    good, stray, duplicate, resets, after_reset = keep_one_clock(time_s)
+    t, i = time_s[good], raw.current_A[good]
+    absurd, missing = np.abs(i) > ABSURD_A, ~np.isfinite(i)  # an infinite value is absurd
+    absurd, missing = absurd | np.isinf(i), missing & ~np.isinf(i)
+    i = np.where(absurd, np.nan, i)
+    at_rail = saturated(i)
+    i = np.where(at_rail, np.nan, i)
+    if len(t) < 2 or not np.any(np.isfinite(i)):
+        raise LogDamaged(f"{name}: no two samples of current on one clock")
+    low, high = np.nanpercentile(i, [5, 95])
+    inverted = bool(-low > high)
+    steps = np.diff(t)
+    gaps = steps > GAP_STEPS * float(np.median(steps))
+    counts = SensorCounts(
+        rows=raw.rows,
+        kept=len(t),
+        malformed=raw.malformed,
+        repeated_headers=raw.repeated_headers,
+        stray_stamps=stray,
+        duplicate_stamps=duplicate,
+        resets=resets,
+        rows_after_reset=after_reset,
+        missing=int(np.sum(missing)),
+        absurd=int(np.sum(absurd)),
+        saturated=int(np.sum(at_rail)),
+        gaps=int(np.sum(gaps)),
+    )
+    facts = (
+        (raw.cut, "last_line_cut", "the file ends inside its last line, which is left out"),
+        (coarse, "coarse_stamps", "stamps are coarser than the sampling: spread evenly"),
+        (inverted, "current_sign_turned", "the file counts discharge negative: sign turned"),
+        (counts.gaps, "sensor_gaps", f"{counts.gaps} gaps, {np.sum(steps[gaps]):.1f} s in all"),
+    )
+    said = tuple(LogWarning(c, f"{name}: {text}", "csv") for true, c, text in facts if true)
+    return SensorLog(
+        name=name,
+        time_s=t - t[0],
+        current_A=-i if inverted else i,
+        voltage_V=None if raw.voltage_V is None else raw.voltage_V[good],
+        inverted=inverted,
+        counts=counts,
+        warnings=(*raw.warnings, *said, *told(counts, name)),
+    )
+
+
+def spread_coarse(time_s: FloatArray) -> tuple[FloatArray, bool]:
+    """Stamps coarser than the sampling (dates to the second): spread evenly over their step."""
+    if np.mean(np.diff(time_s) == 0) < COARSE_SHARE:
+        return time_s, False
+    start = np.flatnonzero(np.diff(time_s, prepend=time_s[0] - 1) != 0)
+    length = np.diff(start, append=len(time_s))
+    step = np.diff(time_s[start])
+    step_s = float(np.median(step[step > 0])) if np.any(step > 0) else 0.0
+    usual = float(np.percentile(length, 75))
+    place = np.arange(len(time_s)) - np.repeat(start, length)
+    share = place / np.maximum(np.repeat(length, length), usual)
+    missed = max(usual - length[0], 0.0) / usual  # the first step was under way when it began
+    share[: length[0]] += missed
+    return time_s + share * step_s, True
+
+
+def keep_one_clock(time_s: FloatArray) -> tuple[BoolArray, int, int, int, int]:
+    """Rows (n,) of the longest piece in which time only grows, and what was left out.
+
+    Returns:
+        kept (n,), stray stamps, duplicate stamps, resets, rows of other pieces.
+    """
+    kept = np.ones(len(time_s), dtype=bool)
+    before, now, after = time_s[:-2], time_s[1:-1], time_s[2:]
+    away = (now < before) | (now > after)
+    kept[1:-1] = ~(away & (after > before) & (after - before < JUMP_S))
+    stray = int(np.sum(~kept))
+    index = np.flatnonzero(kept)
+    step = np.diff(time_s[index])
+    cuts = np.flatnonzero((step < 0) | (step > JUMP_S)) + 1
+    pieces = np.split(index, cuts)
+    longest = max(pieces, key=lambda piece: float(time_s[piece[-1]] - time_s[piece[0]]))
+    new = np.diff(time_s[longest], prepend=-np.inf) > 0
+    kept[:] = False
+    kept[longest[new]] = True
+    return kept, stray, int(np.sum(~new)), len(cuts), len(index) - len(longest)
+
+
+def saturated(current_A: FloatArray) -> BoolArray:
+    """(n,) samples at a rail: that of the module, or a plateau of equal samples at the top.
+
+    A plateau counts only where strong currents elsewhere do not stand still.
+    """
+    size = np.abs(current_A)
+    top = float(np.nanmax(size)) if np.any(np.isfinite(size)) else 0.0
+    if abs(top - RAIL_A) <= RAIL_TOLERANCE_A:
+        return np.asarray(size >= RAIL_A - RAIL_TOLERANCE_A)
+    if top <= 0:
+        return np.zeros(len(size), dtype=bool)
+    at_top = size >= top * (1 - 1e-6)
+    inside = np.concatenate([[False], at_top, [False]]).astype(int)
+    starts, stops = np.flatnonzero(np.diff(inside) == 1), np.flatnonzero(np.diff(inside) == -1)
+    strong = (size[:-1] > 0.5 * top) & ~at_top[:-1]
+    still = np.mean(np.diff(size)[strong] == 0) if np.any(strong) else 1.0
+    if not starts.size or np.max(stops - starts) < PLATEAU or still > 0.2:
+        return np.zeros(len(size), dtype=bool)
+    return np.asarray(at_top)
+
+
+def told(counts: SensorCounts, name: str) -> tuple[LogWarning, ...]:
+    """A warning for each fate that rows met."""
+    after = f"the longest piece is used, {counts.rows_after_reset} rows of the others are not"
+    said = (
+        ("rows_malformed", counts.malformed, "rows could not be read"),
+        ("header_repeated", counts.repeated_headers, "further lines repeat the header"),
+        ("stray_stamps", counts.stray_stamps, "stamps jump away and back: left out"),
+        ("duplicate_stamps", counts.duplicate_stamps, "rows repeat a stamp: left out"),
+        ("sensor_reset", counts.resets, f"times the clock starts anew: {after}"),
+        ("current_missing", counts.missing, "rows have no current"),
+        ("current_absurd", counts.absurd, f"currents beyond {ABSURD_A:.0f} A: unknown"),
+        ("current_saturated", counts.saturated, "samples at the end of the range: unknown"),
+    )
+    return tuple(LogWarning(code, f"{name}: {n} {text}", "csv") for code, n, text in said if n)

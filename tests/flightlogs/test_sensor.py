@@ -1,0 +1,243 @@
+"""The sensor's CSV: every dialect gives the same numbers, every damage is counted and said."""
+
+import io
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from flightlogs.errors import LogError, NotALog
+from flightlogs.sensor import SensorLog, keep_one_clock, read_sensor, saturated, spread_coarse
+from flightlogs.sensor_table import moment, words
+
+N = 300
+TIME_S = np.round(5.0 + 0.1 * np.arange(N), 3)
+CURRENT_A = np.round(15 + 5 * np.sin(0.3 * TIME_S) + 0.3 * np.cos(17 * TIME_S), 3)
+
+
+def read(text: str | bytes) -> SensorLog:
+    data = text.encode() if isinstance(text, str) else text
+    return read_sensor(io.BytesIO(data), name="x.csv")
+
+
+def table(header: str = "time_s,current_A", *, t=TIME_S, i=CURRENT_A, sep=",", end="\n") -> str:
+    rows = [header] if header else []
+    rows += [f"{a:.6f}{sep}{b:.4f}" for a, b in zip(t, i, strict=True)]
+    return end.join(rows) + end
+
+
+def codes(log: SensorLog) -> set[str]:
+    return {w.code for w in log.warnings}
+
+
+def same(log: SensorLog) -> None:
+    assert log.time_s == pytest.approx(TIME_S - TIME_S[0], abs=1e-6)
+    assert log.current_A == pytest.approx(CURRENT_A, abs=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("header", "per_second", "per_ampere"),
+    [
+        ("time_s,current_A", 1, 1),
+        ("Time [ms],Current [mA]", 1e3, 1e3),
+        ("Test Time / s,Current / A", 1, 1),
+        ("timestamp_us,I (A)", 1e6, 1),
+        ("timeMs,currentA", 1e3, 1),
+        ("millis,amps", 1e3, 1),
+        ("t[s],I[mA]", 1, 1e3),
+        ("t;I", 1, 1),
+    ],
+)
+def test_any_header_that_names_quantity_and_unit_will_do(header, per_second, per_ampere) -> None:
+    sep = ";" if ";" in header else ","
+    log = read(table(header, t=TIME_S * per_second, i=CURRENT_A * per_ampere, sep=sep))
+    same(log)
+    assert ("time_unit_inferred" in codes(log)) == (header == "t;I")
+
+
+@pytest.mark.parametrize("sep", [",", ";", "\t", " ", "|"])
+@pytest.mark.parametrize("end", ["\n", "\r\n"])
+@pytest.mark.parametrize("mark", [b"", b"\xef\xbb\xbf"])
+def test_delimiter_line_ends_and_byte_order_mark_make_no_difference(sep, end, mark) -> None:
+    log = read(mark + table(f"time_s{sep}current_A", sep=sep, end=end).encode())
+    same(log)
+    assert not log.warnings
+
+
+def test_decimal_commas_are_read() -> None:
+    same(read(table("time_s;current_A", sep=";").replace(".", ",")))
+
+
+def test_utf_16_is_read() -> None:
+    same(read(table().encode("utf-16")))
+
+
+def test_a_file_without_header_is_read_and_says_what_it_took_for_what() -> None:
+    log = read(table("", t=TIME_S * 1000))
+    same(log)
+    assert {"no_header", "time_unit_inferred", "current_unit_inferred"} <= codes(log)
+
+
+def test_a_commented_header_counts_and_other_comments_do_not() -> None:
+    same(
+        read("# logger 1.2\n# time_ms, current_mA\n" + table("", t=TIME_S * 1e3, i=CURRENT_A * 1e3))
+    )
+
+
+def test_dates_are_times_and_midnight_is_no_reset() -> None:
+    seconds = (86400 - 10 + TIME_S) % 86400
+    rows = [
+        f"{int(s // 3600):02d}:{int(s // 60 % 60):02d}:{s % 60:06.3f};{i:.4f}"
+        for s, i in zip(seconds, CURRENT_A, strict=True)
+    ]
+    log = read("time;current_A\n" + "\n".join(rows) + "\n")
+    assert log.time_s == pytest.approx(TIME_S - TIME_S[0], abs=2e-3)
+    assert not log.counts.resets
+
+
+@pytest.mark.parametrize(
+    "text",
+    ["2024-03-01T12:00:00.250Z", "2024-03-01 12:00:00,250", "01.03.2024 12:00:00.250"],
+)
+def test_a_date_is_read_in_several_spellings(text) -> None:
+    assert moment(text) == pytest.approx(1709294400.25)
+
+
+def test_date_and_time_of_day_in_two_columns_make_one_stamp() -> None:
+    rows = [f"2024-03-01,12:00:{s:06.3f},{i:.4f}" for s, i in zip(TIME_S, CURRENT_A, strict=True)]
+    same(read("date,time,current_A\n" + "\n".join(rows) + "\n"))
+
+
+def test_stamps_to_the_second_are_spread_over_it() -> None:
+    log = read(table(t=np.floor(TIME_S + 0.45)))
+    assert "coarse_stamps" in codes(log)
+    assert np.diff(log.time_s) == pytest.approx(0.1, abs=1e-9)
+
+
+def test_voltage_is_kept_in_volt() -> None:
+    rows = [f"{t},{i},{15000 + k}" for k, (t, i) in enumerate(zip(TIME_S, CURRENT_A, strict=True))]
+    log = read("time_s,current_A,voltage_mV\n" + "\n".join(rows) + "\n")
+    assert log.voltage_V == pytest.approx(15 + 1e-3 * np.arange(N))
+
+
+def test_discharge_counted_negative_is_turned_and_said() -> None:
+    log = read(table(i=-CURRENT_A))
+    same(log)
+    assert log.inverted
+    assert "current_sign_turned" in codes(log)
+
+
+def test_a_cut_last_line_is_left_out_and_said() -> None:
+    log = read(table()[:-3])
+    assert len(log.time_s) == N - 1
+    assert log.current_A == pytest.approx(CURRENT_A[:-1])
+    assert (log.counts.rows, log.counts.malformed) == (N, 1)
+    assert "last_line_cut" in codes(log)
+
+
+def test_a_header_in_the_middle_is_counted() -> None:
+    lines = table().splitlines()
+    log = read("\n".join([*lines[:100], lines[0], *lines[100:]]) + "\n")
+    same(log)
+    assert log.counts.repeated_headers == 1
+    assert "header_repeated" in codes(log)
+
+
+def test_after_a_reset_only_the_longest_piece_is_kept() -> None:
+    t = np.concatenate([TIME_S[:100], TIME_S[:200] - TIME_S[0]])
+    log = read(table(t=t))
+    assert log.current_A == pytest.approx(CURRENT_A[100:])
+    assert (log.counts.resets, log.counts.rows_after_reset) == (1, 100)
+    assert "sensor_reset" in codes(log)
+
+
+@pytest.mark.parametrize("stray", [99999.0, -1.0])
+def test_a_single_stray_stamp_costs_one_row_and_no_piece(stray) -> None:
+    t = TIME_S.copy()
+    t[120] = stray
+    log = read(table(t=t))
+    assert log.current_A == pytest.approx(np.delete(CURRENT_A, 120))
+    assert (log.counts.stray_stamps, log.counts.resets) == (1, 0)
+
+
+def test_rows_that_repeat_a_stamp_are_counted() -> None:
+    log = read(table(t=np.insert(TIME_S, 50, TIME_S[50]), i=np.insert(CURRENT_A, 51, 3.0)))
+    same(log)
+    assert log.counts.duplicate_stamps == 1
+
+
+@pytest.mark.parametrize(
+    ("value", "field"),
+    [("nan", "missing"), ("", "missing"), ("3.4e38", "absurd"), ("-inf", "absurd"),
+     ("99.95", "saturated"), ("-100.0", "saturated")],
+)  # fmt: skip
+def test_what_is_no_measurement_becomes_nan_and_is_counted(value, field) -> None:
+    lines = table().splitlines()
+    lines[51] = lines[51].split(",")[0] + "," + value
+    log = read("\n".join(lines) + "\n")
+    assert np.isnan(log.current_A[50])
+    assert np.isfinite(log.current_A).sum() == N - 1
+    assert getattr(log.counts, field) == 1
+    assert f"current_{field}" in codes(log)
+
+
+def test_a_plateau_at_the_top_is_a_rail_and_a_single_maximum_is_not() -> None:
+    clipped = np.minimum(CURRENT_A, 18.5)
+    assert saturated(clipped).sum() == (CURRENT_A >= 18.5).sum()
+    assert not saturated(CURRENT_A).any()
+
+
+def test_an_unreadable_row_is_counted() -> None:
+    lines = table().splitlines()
+    lines[10] = "12.0;??"
+    lines[20] = "7.1,x9"
+    log = read("\n".join(lines) + "\n")
+    assert (log.counts.malformed, log.counts.kept) == (2, N - 2)
+
+
+def test_gaps_stay_gaps_and_are_counted() -> None:
+    keep = np.r_[:100, 130:N]
+    log = read(table(t=TIME_S[keep], i=CURRENT_A[keep]))
+    assert np.max(np.diff(log.time_s)) == pytest.approx(3.1)
+    assert log.counts.gaps == 1
+
+
+@pytest.mark.parametrize(
+    "data",
+    [b"", b"\n\n", b"hello\nworld\n", bytes(range(256)) * 20, b"a,b\n1,2\n2,3\n", b"time_s\n1\n2\n",
+     b"time_s,current_A\n", b"speed,height\n" + b"1.0,2.0\n" * 50],
+)  # fmt: skip
+def test_what_is_no_recording_is_refused_in_words(data) -> None:
+    with pytest.raises(NotALog, match=r"x\.csv: "):
+        read(data)
+
+
+def test_a_name_falls_apart_into_words() -> None:
+    assert words("Test Time / s") == ["test", "time", "s"]
+    assert words("timeMs[0]") == ["time", "ms", "0"]
+
+
+def test_coarse_stamps_keep_their_first_and_last_step() -> None:
+    t, coarse = spread_coarse(np.repeat([1.0, 2.0, 3.0, 4.0], [4, 10, 10, 3]))
+    assert coarse
+    assert np.diff(t) == pytest.approx(0.1)
+
+
+@settings(max_examples=40, deadline=None)
+@given(st.lists(st.floats(0, 100, width=16), min_size=2, max_size=60))
+def test_what_is_kept_always_grows_and_every_row_has_one_fate(stamps) -> None:
+    t = np.array(stamps)
+    kept, stray, duplicate, _, other = keep_one_clock(t)
+    assert np.all(np.diff(t[kept]) > 0)
+    assert kept.sum() + stray + duplicate + other == len(t)
+
+
+@settings(max_examples=40, deadline=None)
+@given(st.integers(0, 3000))
+def test_a_file_cut_anywhere_gives_a_beginning_or_a_reason(length) -> None:
+    try:
+        log = read(table()[:length])
+    except LogError:
+        return
+    assert log.current_A == pytest.approx(CURRENT_A[: len(log.current_A)])
