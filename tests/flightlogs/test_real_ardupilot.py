@@ -35,6 +35,7 @@ class Said:
     duration_s: float | None = None
     air_s: float | None = None
     current_A: tuple[float, float] | None = None
+    current_digit: float = DIGITS
     voltage_V: tuple[float, float] | None = None
     coulomb: float | None = None
     velocity: str | None = None
@@ -48,6 +49,7 @@ CATALOGUE = [
         duration_s=70.5,
         air_s=67.2,
         current_A=(0.33, 50.8),
+        current_digit=0.051,
         voltage_V=(18.33, 24.31),
         coulomb=1.0,
         velocity="LPOS.VX,VY,VZ",
@@ -136,6 +138,7 @@ CATALOGUE = [
         firmware="ArduCopter V3.1.1",
         air_s=5.4,
         current_A=(0.5, 7.74),
+        current_digit=0.051,
         voltage_V=(15.16, 15.34),
         coulomb=1.18,
         velocity="GPS.Spd,GCrs,VZ",
@@ -185,16 +188,12 @@ def coulomb(battery: BatteryLog) -> float:
 @BY_PATH
 def test_the_battery_is_what_the_catalogue_says(said: Said) -> None:
     (battery,) = read(said.path).batteries
-    near = {"abs": 0.051 if said.path.endswith("px4log") else DIGITS}
-    for mine, theirs in (
-        (span(battery.current_A), said.current_A),
-        (span(battery.voltage_V), said.voltage_V),
+    for mine, theirs, digit in (
+        (span(battery.current_A), said.current_A, said.current_digit),
+        (span(battery.voltage_V), said.voltage_V, DIGITS),
     ):
         assert (mine is None) == (theirs is None)
-        if theirs is not None:
-            limit = {"abs": 0.051} if theirs[1] in (0.5, 50.8, 3.0) else near
-            assert mine[0] == pytest.approx(theirs[0], abs=max(0.051 * (theirs[0] == 0.5), DIGITS))
-            assert mine[1] == pytest.approx(theirs[1], **limit)
+        assert mine is None or mine == pytest.approx(theirs, abs=digit)
     if said.coulomb is not None:
         assert coulomb(battery) == pytest.approx(said.coulomb, abs=DIGITS)
     assert battery.temperature_K is None
