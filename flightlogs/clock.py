@@ -35,7 +35,8 @@ class Repair:
 
     Attributes:
         time_s: (n,) since the first sample; within each topic strictly increasing; NaN where the
-            record is to be left out. A held value stands at 0.
+            record is to be left out. A held value stands at 0, or is left out where its topic's
+            next sample replaces it there.
         held: (n,) values from before the log, repeated by the logger when it started.
         strays: records left out because their stamp does not fit those around it.
         jumps: places where the clock stepped back, or ahead by more than a day; closed up.
@@ -70,21 +71,19 @@ def repair(stamp_s: FloatArray, topic: IntArray) -> Repair:
     time_s, jumps = _closed_up(time_s, members)
     first = np.zeros(topic.shape, dtype=bool)
     first[[m[0] for m in members]] = True
-    stray = _isolated(time_s, first)
-    for m in members:
-        sound = m[~stray[m]]
-        stray[np.delete(sound, longest_increase(time_s[sound].tolist()))] = True
+    stray = _disordered(time_s, members, _isolated(time_s, first))
     running = time_s[~first & ~stray] if (~first & ~stray).any() else time_s[~stray]
     earliest = float(np.min(running, initial=np.inf))
-    held = first & ~stray & (time_s < earliest - HELD_S)
+    held = first & ~stray & (time_s < earliest - HELD_S) & (len(members) > 1)
     zero = float(np.min(time_s[~held & ~stray], initial=earliest))
     time_s = np.where(held, 0.0, time_s - zero)
-    for m in members:  # a held value must stay before the topic's first own sample
-        if held[m[0]] and m.size > 1 and time_s[m[1]] <= 0:
-            stray[m[0]] = True
+    stray = _disordered(time_s, members, stray | held) & ~held  # the shift may round two to one
+    left_out = stray.copy()
+    for m in members:  # a held value that the topic's own first sample replaces at once
+        left_out[m[0]] |= held[m[0]] and bool(np.any(time_s[m[1:]][~stray[m[1:]]] <= 0))
     return Repair(
-        time_s=np.where(stray, np.nan, time_s),
-        held=held & ~stray,
+        time_s=np.where(left_out, np.nan, time_s),
+        held=held & ~left_out,
         strays=int(stray.sum()),
         jumps=jumps,
         shifted_topics=shifted,
@@ -110,6 +109,15 @@ def longest_increase(values: Sequence[float]) -> list[int]:
         chain.append(i)
         i = before[i]
     return chain[::-1]
+
+
+def _disordered(time_s: FloatArray, members: Sequence[IntArray], stray: BoolArray) -> BoolArray:
+    """(n,) `stray` and the fewest records that keep the rest of each topic from increasing."""
+    out = stray.copy()
+    for m in members:
+        sound = m[~stray[m]]
+        out[np.delete(sound, longest_increase(time_s[sound].tolist()))] = True
+    return out
 
 
 def _beside_neighbours(stamp_s: FloatArray, topic: IntArray) -> tuple[FloatArray, int]:
