@@ -1,0 +1,255 @@
+"""FlightLog -> Recording: channels on one clock, and numbers that cannot be true are doubted."""
+
+import io
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from flightlogs import quality
+from flightlogs.align import AlignedSensor
+from flightlogs.assemble import assemble
+from flightlogs.errors import Refusal
+from flightlogs.log import Channel, FlightLog
+from flightlogs.read import read_log
+from flightlogs.recording import ClockFit, Recording
+from flightlogs.resample import resample
+from sample_logs import write_ulog as w
+from tests.flightlogs import px4_flight as px4
+
+FIT = ClockFit(
+    method="battery_current",
+    offset_s=0.0,
+    drift_ppm=0.0,
+    correlation=1.0,
+    uncertainty_s=0.01,
+    drift_uncertainty_ppm=1.0,
+    gain=None,
+    bias_A=None,
+)
+
+
+def log(content: bytes | None = None, **changes: object) -> FlightLog:
+    whole = read_log(io.BytesIO(content or px4.ulog()), name="test.ulg")
+    return replace(whole, **changes)  # type: ignore[arg-type]
+
+
+def codes(recording: Recording) -> list[str]:
+    return [warning.code for warning in recording.warnings]
+
+
+def test_a_good_log_gives_its_truth_and_no_warning() -> None:
+    got = assemble(log())
+    t = px4.times(5.0)
+    np.testing.assert_allclose(got.time_s, t, atol=1e-6)
+    np.testing.assert_allclose(got.current_A, px4.trace(t).current_A, rtol=1e-6)
+    np.testing.assert_allclose(got.voltage_V, px4.trace(t).voltage_V, rtol=1e-6)
+    np.testing.assert_array_equal(got.in_air, px4.flying(np.round(got.time_s, 6)))
+    assert got.coulomb_check == pytest.approx(1.0, abs=1e-4)
+    assert got.resistance_ohm == pytest.approx(px4.RESISTANCE_OHM, rel=0.02)
+    assert (got.series, got.series_inferred) == (px4.CELLS, False)
+    assert got.current_source == "autopilot"
+    assert got.setpoint_source.startswith("trajectory_setpoint")
+    assert got.velocity_m_s is not None
+    assert got.velocity_m_s.shape == (t.size, 3)
+    assert got.warnings == ()
+
+
+def test_the_sensor_gives_the_current_and_the_times() -> None:
+    t = px4.times(10.0)
+    amps = px4.current(t)
+    amps[200:210] = np.nan
+    sensor = AlignedSensor(time_s=t, current_A=amps, fit=FIT)
+    got = assemble(log(), sensor=sensor)
+    kept = np.isfinite(amps)
+    np.testing.assert_array_equal(got.time_s, t[kept])
+    np.testing.assert_array_equal(got.current_A, amps[kept])
+    assert (got.current_source, got.alignment) == ("sensor", FIT)
+    inside = got.time_s < 49.7
+    np.testing.assert_allclose(
+        got.voltage_V[inside],
+        np.interp(got.time_s, px4.times(5.0), px4.trace(px4.times(5.0)).voltage_V)[inside],
+        rtol=1e-5,
+    )
+    assert got.resistance_ohm == pytest.approx(px4.RESISTANCE_OHM, rel=0.05)
+
+
+def test_a_sensor_replaces_a_current_the_autopilot_lacks() -> None:
+    silent = px4.pack(current_A=np.full(px4.times(5.0).size, np.nan))
+    whole = log(px4.ulog({"battery": silent}))
+    with pytest.raises(Refusal) as caught:
+        assemble(whole)
+    assert caught.value.code == "no_current"
+    t = px4.times(10.0)
+    got = assemble(whole, sensor=AlignedSensor(time_s=t, current_A=px4.current(t), fit=FIT))
+    assert got.current_source == "sensor"
+
+
+def test_a_sensor_that_missed_the_flight_is_refused() -> None:
+    t = px4.times(10.0, 46.0, 49.0)
+    sensor = AlignedSensor(time_s=t, current_A=px4.current(t), fit=FIT)
+    with pytest.raises(Refusal, match="0 samples of the current") as caught:
+        assemble(log(), sensor=sensor)
+    assert caught.value.code == "too_short"
+
+
+@settings(max_examples=30, deadline=None)
+@given(
+    scale=st.floats(0.2, 5.0), ohm=st.floats(0.01, 0.4), noise_V=st.floats(0.0, 0.02),
+    seed=st.integers(0, 1000),
+)  # fmt: skip
+def test_resistance_is_found_under_drift_noise_and_outliers(
+    scale: float, ohm: float, noise_V: float, seed: int
+) -> None:
+    rng = np.random.default_rng(seed)
+    t = np.arange(0, 120, 0.2)
+    amps = scale * (15 + rng.normal(0, 3, t.size))
+    volts = 16.5 - 0.01 * t - ohm * amps + rng.normal(0, noise_V, t.size)
+    volts[::50] += 0.3  # one sample in fifty is wrong
+    got = quality.resistance(t, amps, volts)
+    if got is not None:
+        spread = noise_V / (scale * 3 * np.sqrt(t.size))
+        assert got.ohm == pytest.approx(ohm, rel=0.1, abs=6 * spread + 5e-4 / scale)
+
+
+def test_a_voltage_that_ignores_the_current_has_no_resistance() -> None:
+    t = np.arange(0, 60, 0.2)
+    rng = np.random.default_rng(0)
+    assert quality.resistance(t, rng.normal(15, 3, t.size), np.full(t.size, 12.6)) is None
+    noise = 12.6 + rng.normal(0, 0.01, t.size)
+    assert quality.resistance(t, rng.normal(15, 3, t.size), noise) is None
+
+
+@pytest.mark.parametrize(
+    ("factor", "doubted"), [(1.0, False), (0.6, False), (0.2, True), (0.1, True), (100.0, True)]
+)
+def test_a_misscaled_current_is_doubted_with_numbers(factor: float, doubted: bool) -> None:  # noqa: FBT001
+    written = px4.trace(px4.times(5.0))
+    scaled = px4.pack(
+        current_A=factor * np.asarray(written.current_A),
+        charge_C=factor * np.asarray(written.charge_C),
+    )
+    got = assemble(log(px4.ulog({"battery": scaled})))
+    assert ("current_scale_doubtful" in codes(got)) == doubted
+    if factor < 1:  # the counter comes from the same sensor and sees nothing
+        assert got.coulomb_check == pytest.approx(1.0, abs=1e-3)
+    if factor == 0.2:
+        said = next(w.message for w in got.warnings if w.code == "current_scale_doubtful")
+        assert "149." in said  # 30 mOhm / 0.2
+        assert "too small" in said
+
+
+def test_a_counter_that_disagrees_is_said_and_a_reset_of_it_is_not_counted() -> None:
+    written = px4.trace(px4.times(5.0))
+    charge = np.asarray(written.charge_C)
+    wrong = assemble(log(px4.ulog({"battery": px4.pack(charge_C=1.2 * charge)})))
+    assert wrong.coulomb_check == pytest.approx(1 / 1.2, rel=1e-3)
+    assert "coulomb_mismatch" in codes(wrong)
+    reset = np.where(px4.times(5.0) > 30, charge - 1300, charge)
+    right = assemble(log(px4.ulog({"battery": px4.pack(charge_C=reset)})))
+    assert right.coulomb_check == pytest.approx(1.0, abs=5e-3)
+
+
+def test_gaps_in_the_current_stay_gaps_and_are_said() -> None:
+    t = px4.times(5.0)
+    kept = (t < 20) | (t >= 24)
+    written = px4.trace(t)
+    columns = {
+        name: np.asarray(getattr(written, name))[kept]
+        for name in ("time_s", "current_A", "voltage_V", "charge_C")
+    }
+    got = assemble(log(px4.ulog({"battery": px4.pack(**columns)})))
+    assert "gaps_in_current" in codes(got)
+    assert np.diff(got.time_s).max() == pytest.approx(4.2, abs=1e-3)
+
+
+def test_samples_of_other_channels_are_not_bridged_across_a_hole() -> None:
+    whole = log()
+    assert whole.velocity_m_s is not None
+    t = whole.velocity_m_s.time_s
+    kept = (t < 20) | (t > 24)
+    holed = Channel(
+        time_s=t[kept], values=whole.velocity_m_s.values[kept], source="vehicle_local_position.v"
+    )
+    got = assemble(log(velocity_m_s=holed))
+    assert got.velocity_m_s is not None
+    unknown = np.isnan(got.velocity_m_s[:, 0])
+    hole = (got.time_s > 20) & (got.time_s < 24)
+    assert unknown[hole].all()
+    assert not unknown[(got.time_s < 19.9) | ((got.time_s > 24.1) & (got.time_s < 49.5))].any()
+
+
+@settings(max_examples=40, deadline=None)
+@given(
+    steps=st.lists(st.floats(0.05, 5.0), min_size=1, max_size=30),
+    at=st.lists(st.floats(-10, 100), min_size=1, max_size=20),
+)
+def test_resampling_gives_the_line_or_nothing(steps: list[float], at: list[float]) -> None:
+    t = np.cumsum(steps)
+    where = np.array(at)
+    got = resample(t, 2 * t + 1, where)
+    known = np.isfinite(got)
+    np.testing.assert_allclose(got[known], 2 * where[known] + 1, atol=1e-9)
+    assert not known[(where < t[0]) | (where > t[-1])].any()
+    np.testing.assert_array_equal(resample(t, 2 * t + 1, t), 2 * t + 1)
+
+
+def with_velocity(values: np.ndarray) -> FlightLog:
+    whole = log()
+    assert whole.velocity_m_s is not None
+    return log(
+        velocity_m_s=Channel(
+            time_s=whole.velocity_m_s.time_s, values=values, source="vehicle_local_position.v"
+        )
+    )
+
+
+def test_a_velocity_beyond_any_multirotor_is_not_used() -> None:
+    whole = log()
+    assert whole.velocity_m_s is not None
+    values = np.array(whole.velocity_m_s.values)
+    values[200:210, 0] = 480.0
+    got = assemble(with_velocity(values))
+    assert got.velocity_m_s is None
+    said = next(w.message for w in got.warnings if w.code == "velocity_impossible")
+    assert "480 m/s" in said
+
+
+def test_a_climb_rate_that_contradicts_the_altitude_is_not_used() -> None:
+    whole = log()
+    assert whole.velocity_m_s is not None
+    values = np.array(whole.velocity_m_s.values)
+    values[200:400, 2] += 3.0  # a diverged estimator: sinks at 3 m/s, the altitude stays
+    got = assemble(with_velocity(values))
+    assert got.velocity_m_s is None
+    assert codes(got) == ["velocity_impossible"]
+
+
+def test_a_short_reset_of_the_estimator_is_no_divergence() -> None:
+    whole = log()
+    assert whole.velocity_m_s is not None
+    values = np.array(whole.velocity_m_s.values)
+    values[200:205, 2] += 3.0
+    assert assemble(with_velocity(values)).velocity_m_s is not None
+
+
+def test_a_simulated_log_is_analysed_and_said_to_be_one() -> None:
+    got = assemble(log(px4.ulog(info={"ver_hw": "PX4_SITL"})))
+    assert codes(got) == ["simulated_log"]
+
+
+def test_of_several_batteries_the_others_are_named() -> None:
+    got = assemble(log(px4.ulog(more=[px4.other_pack(2.0, 49.6)])))
+    assert got.battery == "battery_status[0], id 1"
+    assert got.other_batteries == ("battery_status[1], id 2",)
+    assert "several_batteries" in codes(got)
+    other = assemble(log(px4.ulog(more=[px4.other_pack(2.0, 49.6)])), battery=1)
+    assert (other.battery, other.series) == ("battery_status[1], id 2", 12)
+
+
+def test_what_the_reader_found_is_passed_on() -> None:
+    extras = w.Extras(dropouts=[(px4.BOOT_S + 10, 0.25)])
+    got = assemble(log(px4.ulog(extras=extras, parameters={"MAV_TYPE": 2})))
+    assert codes(got) == ["log_dropouts", "capacity_unknown"]
