@@ -25,10 +25,11 @@ SOC_STEPS = 2001  # 0.05 % of charge, below what any voltage can tell
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Known:
-    """A value, and where it comes from, in words."""
+    """A value, where it comes from in words, and whether it is more than an assumption."""
 
     value: float
     origin: str
+    known: bool = True
 
 
 def pack_use(recording: Recording, file: PackFile | None, cell: Cell, *, builtin: bool) -> PackUse:
@@ -49,6 +50,7 @@ def pack_use(recording: Recording, file: PackFile | None, cell: Cell, *, builtin
         series_inferred=file is None and recording.series_inferred,
         parallel=parallel,
         capacity_C=capacity.value,
+        capacity_known=capacity.known,
         serial=recording.serial or (file.pack.serial if file else ""),
         initial_soc=soc.value,
         initial_K=start.value,
@@ -95,7 +97,7 @@ def _capacity(recording: Recording, file: PackFile | None, cell: Cell, parallel:
     if recording.capacity_C is not None:
         return Known(value=recording.capacity_C, origin="parameter in the log")
     origin = f"not known: that of the cell {cell.name} was taken"
-    return Known(value=cell.nominal_capacity_C * parallel, origin=origin)
+    return Known(value=cell.nominal_capacity_C * parallel, origin=origin, known=False)
 
 
 def _temperature(recording: Recording, file: PackFile | None) -> Known:

@@ -26,6 +26,7 @@ class PackUse:
         series_inferred: True if judged from the voltage.
         parallel: cells side by side.
         capacity_C: of the pack.
+        capacity_known: False if it is only that of the cell that stands in.
         serial: the pack's own number, "" if unknown.
         initial_soc: state of charge at the start of the recording, 0..1.
         initial_K: temperature of the pack at the start.
@@ -43,6 +44,7 @@ class PackUse:
     series_inferred: bool
     parallel: int
     capacity_C: float
+    capacity_known: bool
     serial: str
     initial_soc: float
     initial_K: float

@@ -1,7 +1,7 @@
 """What each motion drew."""
 
 from reports import plots
-from reports.flight import FlightReport
+from reports.flight import FlightReport, PackUse
 from reports.motions import MotionLoad, motion_loads
 from reports.quantity import ampere_hours, fixed
 from reports.section import Cell, Column, Section, Table
@@ -28,7 +28,7 @@ def motions(report: FlightReport) -> Section | None:
     table = Table(
         caption="Load by motion",
         columns=COLUMNS,
-        rows=tuple(_row(load, report.pack.capacity_C) for load in loads.values()),
+        rows=tuple(_row(load, report.pack) for load in loads.values()),
     )
     return Section(
         id="motions",
@@ -36,14 +36,15 @@ def motions(report: FlightReport) -> Section | None:
         tables=(table,),
         notes=(
             "Ripple is the standard deviation about the moving average. C is the current over the "
-            "capacity in an hour. The figures carry no uncertainty of their own: that of the "
-            "current sensor is not in the log.",
+            "capacity in an hour, where that is known. The figures carry no uncertainty of their "
+            "own: that of the current sensor is not in the log.",
         ),
     )
 
 
-def _row(motion: MotionLoad, capacity_C: float) -> tuple[Cell, ...]:
+def _row(motion: MotionLoad, pack: PackUse) -> tuple[Cell, ...]:
     load = motion.load
+    rate = load.mean_A / (pack.capacity_C / 3600) if pack.capacity_known else None
     texts = (
         plots.motion_name(motion.motion),
         str(motion.segments),
@@ -54,6 +55,6 @@ def _row(motion: MotionLoad, capacity_C: float) -> tuple[Cell, ...]:
         fixed(load.rms_A, 2),
         fixed(load.p99_A, 2),
         fixed(load.ripple_A, 2),
-        fixed(load.mean_A / (capacity_C / 3600), 2),
+        fixed(rate, 2),
     )
     return tuple(Cell(text=text) for text in texts)

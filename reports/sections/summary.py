@@ -73,7 +73,7 @@ def _flight(report: FlightReport) -> tuple[Row, ...]:
     voltage = recording.voltage_V[flown]
     lowest = float(np.nanmin(voltage)) if np.isfinite(voltage).any() else None
     peak = float(np.max(recording.current_A[flown])) if flown.any() else None
-    drawn = 100 * charge_C / report.pack.capacity_C
+    share = f"{fixed(100 * charge_C / report.pack.capacity_C, 0)} % of the capacity; "
     return (
         Row(
             label="Time in flight",
@@ -85,7 +85,7 @@ def _flight(report: FlightReport) -> tuple[Row, ...]:
             label="Charge drawn in the log",
             value=ampere_hours(charge_C),
             unit="Ah",
-            note=f"{fixed(drawn, 0)} % of the capacity; {recording.current_source} current",
+            note=f"{share if report.pack.capacity_known else ''}{recording.current_source} current",
         ),
         Row(label="Highest current", value=fixed(peak, 1), unit="A"),
         Row(

@@ -52,6 +52,7 @@ def test_a_capacity_nobody_knows_is_that_of_the_cell_and_said_so() -> None:
     use = pack_use(example.recording(capacity_C=None), None, CELL, builtin=True)
     assert use.capacity_C == CELL.nominal_capacity_C
     assert "not known" in use.origins["capacity_C"]
+    assert not use.capacity_known
 
 
 def test_the_pack_file_wins_over_the_log_and_every_key_of_it_counts() -> None:

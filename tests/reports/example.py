@@ -163,6 +163,7 @@ def pack() -> PackUse:
         series_inferred=True,
         parallel=1,
         capacity_C=2.2 * 3600,
+        capacity_known=True,
         serial="77",
         initial_soc=0.95,
         initial_K=298.15,

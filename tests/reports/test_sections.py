@@ -129,6 +129,15 @@ def test_a_motion_is_the_sum_of_its_segments() -> None:
     assert [c.text for c in hover[1:6]] == ["2", "20.0", "0.1600", "2.528", "18.00"]
 
 
+def test_a_rate_over_a_capacity_nobody_knows_is_not_printed() -> None:
+    section = motions(example.report(pack=replace(example.pack(), capacity_known=False)))
+    assert section is not None
+    assert {row[-1].text for row in section.tables[0].rows} == {"–"}
+    known = motions(REPORTS["rich"])
+    assert known is not None
+    assert known.tables[0].rows[2][-1].text == f"{15 / 2.2:.2f}"
+
+
 def test_a_motion_with_too_little_data_says_so() -> None:
     section = profiles(REPORTS["rich"])
     assert section is not None
