@@ -35,7 +35,8 @@ class Samples:
         """(n,) of one field, NaN where it is `unknown`; None if the topic has no such field."""
         if field not in self.columns:
             return None
-        values = self.columns[field].astype(float)
+        with np.errstate(invalid="ignore"):  # damaged bytes can be a signalling NaN
+            values = self.columns[field].astype(float)
         return values if unknown is None else np.where(values == unknown, np.nan, values)
 
     def matrix(self, fields: tuple[str, ...]) -> FloatArray | None:

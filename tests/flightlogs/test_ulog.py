@@ -168,6 +168,14 @@ def test_sentinels_never_become_numbers() -> None:
     assert np.flatnonzero(np.isnan(battery.voltage_V)).tolist() == [120]
 
 
+def test_values_no_pack_can_give_are_damage() -> None:
+    amps = np.array(px4.trace(px4.times(5.0)).current_A)
+    amps[100:102] = [1e20, -5e3]
+    log = read(px4.ulog({"battery": px4.pack(current_A=amps)}))
+    assert np.flatnonzero(np.isnan(log.batteries[0].current_A)).tolist() == [100, 101]
+    assert codes(log) == ["impossible_values"]
+
+
 @pytest.mark.parametrize("amps", [0.0, np.nan])
 def test_a_current_that_is_always_0_or_unknown_was_not_measured(amps: float) -> None:
     silent = px4.pack(current_A=np.full(px4.times(5.0).size, amps))
