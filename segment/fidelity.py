@@ -10,6 +10,7 @@ from segment.runs import FloatArray, moving_average
 
 RIPPLE_WINDOW_s = 2.0  # slower than control activity, faster than a manoeuvre
 FRAME_s = 3.2  # of the spectrum: resolves 0.3 Hz
+MOST_STEPS = 5000
 PERCENTS = (1.0, 50.0, 99.0)
 RMS_WEIGHT = 10.0  # heat goes with the square of the current: no percentile is worth an error there
 
@@ -44,8 +45,13 @@ def character(parts: Sequence[FloatArray], period_s: float) -> Character:
         spread_A=float(all_A.std()),
         percentile_A=np.percentile(all_A, PERCENTS),
         amplitude=_ripple_amplitude(parts, period_s),
-        steps_A=np.sort(np.concatenate([np.diff(p) for p in parts])),
+        steps_A=_thinned(np.sort(np.concatenate([np.diff(p) for p in parts]))),
     )
+
+
+def _thinned(values: FloatArray) -> FloatArray:
+    """Every k-th of sorted values: their distribution function to 1 / MOST_STEPS."""
+    return values[:: max(values.size // MOST_STEPS, 1)]
 
 
 def periodic_character(wave_A: FloatArray, period_s: float) -> Character:

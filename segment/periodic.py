@@ -12,6 +12,7 @@ from segment.ring import Ring, seam_costs, stitch, uniform, window, window_means
 from segment.runs import FloatArray
 from segment.segment import Basis, Motion, Segment
 
+MOST_STARTS = 3000  # windows begin at every sample of a ring shorter than this
 PROFILED = (Motion.HOVER, Motion.VERTICAL, Motion.HORIZONTAL, Motion.MIXED)
 
 
@@ -124,12 +125,15 @@ def _candidates(
         return [(0, size)]
     whole = [(0, size)] if size <= longest else []
     lengths = np.unique(np.linspace(low, min(longest, size - 1), 80).astype(np.int64))
-    mean = window_means(ring.current_A, lengths)
-    square = window_means(ring.current_A**2, lengths)
+    starts = np.arange(0, size, max(size // MOST_STARTS, 1), dtype=np.int64)
+    mean = window_means(ring.current_A, lengths, starts)
+    square = window_means(ring.current_A**2, lengths, starts)
     spread = np.sqrt(np.maximum(square - mean**2, 0.0))
     beyond = np.maximum(np.abs(spread - source.spread_A) - maker.gain_limit * spread, 0.0)
-    cost = np.abs(mean - source.mean_A) + RMS_WEIGHT * beyond + 0.5 * seam_costs(ring, lengths)
+    cost = (
+        np.abs(mean - source.mean_A) + RMS_WEIGHT * beyond + 0.5 * seam_costs(ring, lengths, starts)
+    )
     rows, best = np.argmin(cost, axis=0), np.min(cost, axis=0)
-    blocks = np.array_split(np.arange(size), min(maker.candidates, size))  # spread over the ring
-    starts = [int(block[np.argmin(best[block])]) for block in blocks]
-    return whole + [(start, int(lengths[rows[start]])) for start in starts]
+    blocks = np.array_split(np.arange(starts.size), maker.candidates)  # spread over the ring
+    chosen = [int(block[np.argmin(best[block])]) for block in blocks if block.size]
+    return whole + [(int(starts[k]), int(lengths[rows[k]])) for k in chosen]

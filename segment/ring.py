@@ -77,16 +77,15 @@ def window(ring: Ring, start: int, n: int) -> tuple[FloatArray, float]:
     return wave, float(max([seam, *jumps.tolist()]))
 
 
-def seam_costs(ring: Ring, lengths: IntArray) -> FloatArray:
-    """(lengths, n) mismatch of level and slope if the ring is cut to a window, for each start."""
+def seam_costs(ring: Ring, lengths: IntArray, starts: IntArray) -> FloatArray:
+    """(lengths, starts) mismatch of level and slope if the ring is cut to that window."""
     x = ring.current_A
-    before = np.roll(x, 1)
-    costs = [np.abs(np.roll(x, -k) - x) + np.abs(np.roll(x, 1 - k) - before) for k in lengths]
-    return np.asarray(costs)
+    after = (starts[None, :] + lengths[:, None]) % x.size
+    return np.asarray(np.abs(x[after] - x[starts]) + np.abs(x[after - 1] - x[starts - 1]))
 
 
-def window_means(values: FloatArray, lengths: IntArray) -> FloatArray:
-    """(lengths, n) mean of the window of each length from each start, around the ring."""
-    n = values.size
+def window_means(values: FloatArray, lengths: IntArray, starts: IntArray) -> FloatArray:
+    """(lengths, starts) mean of that window around the ring, no longer than the ring."""
     total = np.concatenate([[0.0], np.cumsum(np.concatenate([values, values]))])
-    return np.asarray([(total[k : k + n] - total[:n]) / k for k in lengths])
+    ends = starts[None, :] + lengths[:, None]
+    return np.asarray((total[ends] - total[starts]) / lengths[:, None])

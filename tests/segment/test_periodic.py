@@ -149,8 +149,9 @@ def test_window_means_and_seams_agree_with_the_windows_themselves():
     rng = np.random.default_rng(0)
     ring = stitch([rng.normal(size=20), rng.normal(size=15)], 0)
     lengths = np.array([7, 20])
-    means, seams = window_means(ring.current_A, lengths), seam_costs(ring, lengths)
     x, n = ring.current_A, ring.current_A.size
+    starts = np.arange(n)
+    means, seams = window_means(x, lengths, starts), seam_costs(ring, lengths, starts)
     for row, length in enumerate(lengths):
         for start in range(n):
             wave, _ = window(ring, start, int(length))
