@@ -3,8 +3,8 @@
     write_ulog(out, topics, ...) -> bytes written          out: a path or a binary stream
 
 A `Topic(name, time_s, fields, instance=0)` is one uORB topic: `fields` maps `type name` (as in the
-format, e.g. `float vx` or `float[3] velocity`) to a scalar, (n,) or (n, k) values in the topic's own
-units. Rows of all topics are merged by time unless `order_s` places them. Ready-made topics (SI in,
+format, e.g. `float vx` or `float[3] velocity`) to a scalar, (n,) or (n, k) values, in the own
+units of the topic. Rows are merged by time unless `order_s` places them. Ready-made topics (SI in,
 times in s since boot):
 
     battery(PackTrace(...), instance=0, cells=4)    battery_status; NaN current is written as -1
@@ -217,13 +217,17 @@ def local_position(
     values = dict(zip(("x", "y", "z"), position.T, strict=True))
     values |= dict(zip(("vx", "vy", "vz"), velocity.T, strict=True))
     flags = {f"bool {k}": True for k in ("xy_valid", "z_valid", "v_xy_valid", "v_z_valid")}
-    fields = {f"float {k}": v for k, v in values.items()} | flags
+    fields: dict[str, npt.ArrayLike] = {f"float {k}": v for k, v in values.items()}
+    fields |= flags
     return Topic(name="vehicle_local_position", time_s=time_s, fields=fields)
 
 
 def trajectory_setpoint(time_s: npt.ArrayLike, velocity_m_s: npt.ArrayLike) -> Topic:
     """trajectory_setpoint in its form since PX4 1.14; NaN where not controlled."""
-    fields = {"float[3] position": np.nan, "float[3] velocity": velocity_m_s}
+    fields: dict[str, npt.ArrayLike] = {
+        "float[3] position": np.nan,
+        "float[3] velocity": velocity_m_s,
+    }
     return Topic(name="trajectory_setpoint", time_s=time_s, fields=fields)
 
 
@@ -240,8 +244,8 @@ def status(
     vehicle_type: int = 1,
     is_vtol: bool = False,
 ) -> Topic:
-    """vehicle_status: arming state 1 or 2, mode by its number, vehicle type 1 rotary, 2 fixed wing."""
-    fields = {
+    """vehicle_status: arming state 1 or 2, mode number, vehicle type 1 rotary or 2 fixed wing."""
+    fields: dict[str, npt.ArrayLike] = {
         "uint8_t arming_state": 1 + np.asarray(armed, dtype=int),
         "uint8_t nav_state": nav_state,
         "uint8_t vehicle_type": vehicle_type,
@@ -259,5 +263,5 @@ def thrust(time_s: npt.ArrayLike, level: npt.ArrayLike) -> Topic:
 def gps(time_s: npt.ArrayLike, unix_s: npt.ArrayLike) -> Topic:
     """vehicle_gps_position with UTC; 0 is no UTC."""
     utc = np.rint(np.asarray(unix_s) * 1e6).astype(np.uint64)
-    fields = {"uint64_t time_utc_usec": utc, "uint8_t fix_type": 3}
+    fields: dict[str, npt.ArrayLike] = {"uint64_t time_utc_usec": utc, "uint8_t fix_type": 3}
     return Topic(name="vehicle_gps_position", time_s=time_s, fields=fields)
