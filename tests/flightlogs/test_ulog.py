@@ -170,7 +170,7 @@ def test_sentinels_never_become_numbers() -> None:
 
 def test_values_no_pack_can_give_are_damage() -> None:
     amps = np.array(px4.trace(px4.times(5.0)).current_A)
-    amps[100:102] = [1e20, -5e3]
+    amps[100:102] = [1e20, -5e4]
     log = read(px4.ulog({"battery": px4.pack(current_A=amps)}))
     assert np.flatnonzero(np.isnan(log.batteries[0].current_A)).tolist() == [100, 101]
     assert codes(log) == ["impossible_values"]
