@@ -1,4 +1,6 @@
-"""How well cutting finds the truth of synthetic flights: `python -m benchmarks.cut_accuracy [SEEDS]`.
+"""How well cutting finds the truth of synthetic flights.
+
+    python -m benchmarks.cut_accuracy [SEEDS]
 
 For both airframes and each source of the command: the share of the time with the true motion, and
 the error of the boundaries (nearest one between the same two motions).
@@ -37,9 +39,9 @@ def main(seeds: int) -> None:
                 errors += found.boundaries_s
             missed = sum(e >= MISSED_s for e in errors)
             print(
-                f"{airframe.name:6}{name:20} time right {np.mean(right):.1%} (worst {min(right):.1%})"
-                f"   boundary median {np.median(errors):.2f}, 90th percentile "
-                f"{np.percentile(errors, 90):.2f}, missed {missed} of {len(errors)}"
+                f"{airframe.name:6}{name:20} time right {np.mean(right):.1%} "
+                f"(worst {min(right):.1%})   boundary median {np.median(errors):.2f}, "
+                f"90th percentile {np.percentile(errors, 90):.2f}, missed {missed} of {len(errors)}"
             )
 
 
