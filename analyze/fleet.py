@@ -1,6 +1,7 @@
 """Many jobs: one after the other, or on the workers of a `distributed` cluster."""
 
 import logging
+import signal
 from collections.abc import Generator, Sequence
 from contextlib import ExitStack
 from typing import Any
@@ -32,12 +33,11 @@ def _distributed(
     import dask
     from distributed import Client, LocalCluster, as_completed
 
-    quiet = {
-        "distributed.scheduler.allowed-failures": 1,
-        "distributed.logging.distributed": "error",
-    }
+    log = logging.getLogger("distributed")
     with ExitStack() as stack:
-        stack.enter_context(dask.config.set(quiet))
+        stack.callback(log.setLevel, log.level)
+        log.setLevel(logging.CRITICAL)  # what a user must know is said by the outcomes
+        stack.enter_context(dask.config.set({"distributed.scheduler.allowed-failures": 1}))
         cluster: Any = scheduler
         if scheduler is None:
             cluster = stack.enter_context(
@@ -49,11 +49,18 @@ def _distributed(
                 )
             )
         client = stack.enter_context(Client(cluster))  # type: ignore[no-untyped-call]
+        if scheduler is None:
+            client.run(_ignore_ctrl_c)
         waiting = {future: job for job in jobs for future in [client.submit(run, job, pure=False)]}
         for future in as_completed(list(waiting)):  # type: ignore[no-untyped-call]
             job = waiting.pop(future)
             yield _outcome(job, future)
             future.release()
+
+
+def _ignore_ctrl_c() -> None:
+    """On a worker: a terminal's Ctrl-C reaches it too, but it is the command that ends it."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
 
 
 def _outcome(job: Job, future: Any) -> Outcome:

@@ -15,6 +15,7 @@ from flightlogs.errors import LogError, LogWarning
 from flightlogs.log import FlightLog
 from flightlogs.read import read_log
 from flightlogs.recording import Recording
+from flightlogs.sensor import read_sensor
 from reports.flight import FlightReport, PackUse, Provenance
 from segment import cut, periodic_profiles
 from twin.replay import Replay
@@ -85,8 +86,6 @@ def _sensor(inputs: Inputs, log: FlightLog) -> Sensor:
     """The sensor's recording on the log's clock; a refusal leaves the autopilot's current."""
     if inputs.sensor is None:
         return Sensor()
-    from flightlogs.sensor_csv import read_sensor
-
     try:
         with inputs.sensor.open("rb") as stream:
             recorded = read_sensor(stream, name=printable(inputs.sensor.name))

@@ -1,5 +1,9 @@
 """Many logs on several workers: the same outcomes as one after the other."""
 
+import os
+import signal
+import subprocess
+import sys
 from collections.abc import Sequence
 from pathlib import Path
 
@@ -54,3 +58,28 @@ def test_leaving_early_stops_the_workers(tmp_path) -> None:
     next(running)
     running.close()
     assert list(running) == []
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("arguments", [[], ["--jobs", "2"]])
+def test_ctrl_c_ends_the_command_and_its_workers_with_nothing_half_written(
+    tmp_path: Path, arguments: list[str]
+) -> None:
+    """As a terminal does it: the signal goes to the command and to its workers."""
+    for k in range(400):
+        (tmp_path / f"{k}.txt").write_text("no log", encoding="utf-8")
+    logs = sorted(str(p) for p in tmp_path.glob("*.txt"))
+    command = [sys.executable, "-m", "analyze", *logs, "--out", str(tmp_path / "o"), *arguments]
+    with subprocess.Popen(
+        command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, process_group=0
+    ) as run:
+        assert run.stderr is not None
+        assert run.stderr.readline().startswith("failed")
+        os.killpg(run.pid, signal.SIGINT)
+        _, said = run.communicate(timeout=60)
+    assert run.returncode == 130
+    assert "Traceback" not in said
+    assert said.splitlines()[-1].startswith("Interrupted: 0 analysed, ")
+    assert list((tmp_path / "o").iterdir()) == []
+    with pytest.raises(ProcessLookupError):
+        os.killpg(run.pid, 0)

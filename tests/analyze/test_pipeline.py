@@ -29,7 +29,7 @@ class Readers:
         self.asked: dict[str, object] = {}
         self.align_error: LogError | None = None
         monkeypatch.setattr(pipeline, "read_log", lambda _, name: example.log(name))
-        monkeypatch.setattr("flightlogs.sensor_csv.read_sensor", lambda _, name: name)
+        monkeypatch.setattr(pipeline, "read_sensor", lambda _, name: name)
         monkeypatch.setattr(pipeline, "align", self.align)
         monkeypatch.setattr(pipeline, "assemble", self.assemble)
 
