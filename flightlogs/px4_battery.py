@@ -15,7 +15,6 @@ Source: PX4-Autopilot, msg/battery_status.msg, msg/versioned/BatteryStatus.msg.
 """
 
 from collections.abc import Mapping
-from dataclasses import replace
 
 import numpy as np
 
@@ -28,38 +27,18 @@ LEAST_CELL_V = 0.5  # no cell in flight is lower: the input is not wired
 MOST_CELLS = 14  # length of voltage_cell_v since 1.13
 UNKNOWN_UINT16 = 65535.0
 MULTICELL = 2
-MOST_A, MOST_V = (
-    1000.0,
-    150.0,
-)  # no multirotor's pack; a ULog has no checksum to catch a flipped bit
 
 
 def batteries(
     topics: Px4Topics, parameters: Mapping[str, float]
 ) -> tuple[tuple[BatteryLog, ...], tuple[LogWarning, ...]]:
     """All batteries in the order of their instances, and what is doubtful about them."""
-    found: list[BatteryLog] = []
-    warnings: list[LogWarning] = []
-    for i, samples in enumerate(topics.instances("battery_status")):
-        raw, impossible = _possible(_raw(samples, topics, parameters))
-        if impossible:
-            text = f"{impossible} samples beyond {MOST_A:g} A or {MOST_V:g} V: taken as damaged"
-            warnings.append(LogWarning("impossible_values", text, raw.label))
-        battery, said = battery_log(raw, i)
-        found.append(battery)
-        warnings.extend(said)
-    return tuple(found), tuple(warnings)
-
-
-def _possible(raw: RawBattery) -> tuple[RawBattery, int]:
-    """The battery with what no pack can give made NaN, and how many values that were."""
-    wild_A, wild_V = np.abs(raw.current_A) > MOST_A, np.abs(raw.voltage_V) > MOST_V
-    possible = replace(
-        raw,
-        current_A=np.where(wild_A, np.nan, raw.current_A),
-        voltage_V=np.where(wild_V, np.nan, raw.voltage_V),
-    )
-    return possible, int(wild_A.sum() + wild_V.sum())
+    found = [
+        battery_log(_raw(samples, topics, parameters), i)
+        for i, samples in enumerate(topics.instances("battery_status"))
+    ]
+    warnings = tuple(w for _, said in found for w in said)
+    return tuple(b for b, _ in found), warnings
 
 
 def _raw(samples: Samples, topics: Px4Topics, parameters: Mapping[str, float]) -> RawBattery:
