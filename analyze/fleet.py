@@ -36,7 +36,7 @@ def _distributed(
     log = logging.getLogger("distributed")
     with ExitStack() as stack:
         stack.callback(log.setLevel, log.level)
-        log.setLevel(logging.CRITICAL)  # what a user must know is said by the outcomes
+        log.setLevel(logging.CRITICAL + 1)  # what a user must know is said by the outcomes
         stack.enter_context(dask.config.set({"distributed.scheduler.allowed-failures": 1}))
         cluster: Any = scheduler
         if scheduler is None:
