@@ -95,7 +95,8 @@ def _look_up(x: tuple[float, ...], y: tuple[float, ...]) -> ca.Function:
     share = np.arange(TABLE_REFINEMENT) / TABLE_REFINEMENT
     rows = np.asarray(x)
     fine = np.append((rows[:-1, None] + np.diff(rows)[:, None] * share).ravel(), rows[-1])
-    values = PchipInterpolator(rows, np.asarray(y))(fine)
+    with np.errstate(over="ignore"):  # a slope below 1e-308 has an infinite reciprocal: it is 0
+        values = PchipInterpolator(rows, np.asarray(y))(fine)
     values[::TABLE_REFINEMENT] = y
     options = {"lookup_mode": ["binary"]}
     return ca.interpolant("table", "linear", [fine], values, options)

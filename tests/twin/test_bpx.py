@@ -7,7 +7,7 @@ from pathlib import Path
 import casadi as ca
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 from twin.bpx_file import CellError, CellWarning, open_circuit_V, read_bpx
@@ -102,6 +102,7 @@ rows = st.lists(
 
 @settings(max_examples=40, deadline=None)
 @given(rows=rows)
+@example(rows=[(0.0, 0.0), (1.0, 0.0), (0.5, 5e-324)])
 def test_a_table_is_exact_in_its_rows_and_stays_between_neighbours(rows) -> None:
     table = Table(*zip(*rows, strict=True))
     for x, y in rows:
