@@ -167,15 +167,17 @@ def _lasting_jumps(time_s: FloatArray) -> list[int]:
 
 
 def _isolated(time_s: FloatArray, first: BoolArray) -> BoolArray:
-    """(n,) the few records that stand far before or after all the others."""
+    """(n,) the few records far before or after all the others, and any a day off most of them."""
     out = np.zeros(time_s.shape, dtype=bool)
     order = np.argsort(time_s, kind="stable")
     order = order[~first[order]]
-    pauses = np.flatnonzero(np.diff(time_s[order]) > STRAY_S) + 1
-    early = pauses[pauses <= LASTING]
-    late = pauses[pauses >= order.size - LASTING]
-    if order.size > 2 * LASTING + 1:
-        out[order[: int(early[-1]) if early.size else 0]] = True
-        out[order[int(late[0]) if late.size else order.size :]] = True
-        out |= first & (time_s > np.max(time_s[~out & ~first], initial=-np.inf) + STRAY_S)
-    return out
+    if order.size <= 2 * LASTING + 1:
+        return out
+    clusters = np.split(order, np.flatnonzero(np.diff(time_s[order]) > LEAP_S) + 1)
+    most = max(clusters, key=len)
+    out[np.setdiff1d(order, most)] = True
+    pauses = np.flatnonzero(np.diff(time_s[most]) > STRAY_S) + 1
+    early, late = pauses[pauses <= LASTING], pauses[pauses >= most.size - LASTING]
+    out[most[: int(early[-1]) if early.size else 0]] = True
+    out[most[int(late[0]) if late.size else most.size :]] = True
+    return out | first & (time_s > np.max(time_s[~out & ~first], initial=-np.inf) + STRAY_S)

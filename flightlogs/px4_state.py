@@ -67,5 +67,6 @@ def start_utc(topics: Px4Topics) -> datetime | None:
         known = (utc_s > EARLIEST) & (utc_s < LATEST)
         if known.any():
             zero = float(np.median(utc_s[known] - gps.time_s[known]))
-            return datetime.fromtimestamp(0, UTC) + timedelta(seconds=round(zero, 3))
+            if EARLIEST < zero < LATEST:
+                return datetime.fromtimestamp(0, UTC) + timedelta(seconds=round(zero, 3))
     return None

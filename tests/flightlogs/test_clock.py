@@ -131,6 +131,17 @@ def test_a_single_stamp_far_ahead_is_left_out() -> None:
     assert np.isnan(got.time_s[-1])
 
 
+def test_many_stamps_years_ahead_are_left_out() -> None:
+    stamp, topic = interleaved()
+    places = np.arange(7, stamp.size, 97)
+    bad = stamp.copy()
+    bad[places] = EPOCH_S + 1e6 * np.arange(places.size)
+    got = clock.repair(bad, topic)
+    holds(got, topic)
+    assert got.strays == places.size
+    assert np.nanmax(got.time_s) == pytest.approx(30.0, abs=0.5)
+
+
 def test_a_long_pause_between_two_flights_stays() -> None:
     stamp, topic = interleaved()
     got = clock.repair(np.where(stamp > 115, stamp + 363, stamp), topic)
