@@ -17,7 +17,7 @@ ROOM_K = 298.15
 # Of the median current in the air: motors off or idling. Taking the slope's share back leaves a
 # few millivolts of slow overpotential, a per cent of charge.
 REST_SHARE = 0.25
-REST_S = 10.0  # at the start of the log: later the avionics have drawn charge
+REST_S = 10.0  # from the first voltage on: later the avionics have drawn charge
 REST_SAMPLES = 3
 BEYOND_V = 0.02  # a cell: what the voltage dividers of autopilots are off by anyway
 SOC_STEPS = 2001  # 0.05 % of charge, below what any voltage can tell
@@ -142,11 +142,13 @@ def _soc(recording: Recording, file: PackFile | None, cell: Cell, series: int) -
 def rest_voltage(recording: Recording) -> Known | None:
     """The pack's voltage without load at the start of the recording, as well as it is known [V].
 
-    Samples of the first REST_S, brought to zero current with the slope of voltage on current;
-    those at rest if there are any. None without a voltage, or without rest and slope.
+    Samples of the first REST_S with a voltage, brought to zero current with the slope of voltage on
+    current; those at rest if there are any. None without a voltage, or without rest and slope.
     """
-    early = recording.time_s <= recording.time_s[0] + REST_S
-    early &= np.isfinite(recording.voltage_V)
+    measured = np.isfinite(recording.voltage_V)  # a sensor may have been on before the autopilot
+    if not measured.any():
+        return None
+    early = measured & (recording.time_s <= recording.time_s[measured][0] + REST_S)
     slope = recording.resistance_ohm
     unloaded = recording.voltage_V + (slope or 0.0) * recording.current_A
     flying = recording.current_A[recording.in_air]

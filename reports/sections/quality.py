@@ -11,17 +11,13 @@ SLOPE = "slope of voltage on current under load, whole pack"
 def quality(report: FlightReport) -> Section:
     """Warnings first, then the figures behind them."""
     notices = tuple(
-        Notice(text=_sentence(w.message), severity=Severity.DOUBT, where=w.where, code=w.code)
+        Notice(text=w.message, severity=Severity.DOUBT, where=w.where, code=w.code)
         for w in report.recording.warnings
     )
     lead = () if notices else ("Nothing doubtful was found in this log.",)
     return Section(
         id="quality", title="Quality of the log", lead=lead, notices=notices, rows=_rows(report)
     )
-
-
-def _sentence(text: str) -> str:
-    return f"{text[:1].upper()}{text[1:]}".rstrip(".") + "."
 
 
 def _rows(report: FlightReport) -> tuple[Row, ...]:

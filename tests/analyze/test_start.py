@@ -105,6 +105,22 @@ def test_rest_is_found_before_take_off_and_the_idle_current_is_taken_back() -> N
     assert "at rest" in known.origin
 
 
+def test_a_sensor_that_was_on_before_the_autopilot_does_not_hide_the_rest() -> None:
+    whole = recorded(example.CURRENT, 16.2, 0.03)
+    early = np.arange(-40.0, 0.0, 0.2)
+    before = {
+        "time_s": early, "current_A": np.full(early.size, 0.5),
+        "voltage_V": np.full(early.size, np.nan), "velocity_m_s": np.zeros((early.size, 3)),
+        "velocity_setpoint_m_s": np.zeros((early.size, 3)),
+        "in_air": np.zeros(early.size, dtype=bool),
+    }  # fmt: skip
+    joined = {name: np.concatenate([v, getattr(whole, name)]) for name, v in before.items()}
+    known = rest_voltage(example.recording(**joined, resistance_ohm=0.03))
+    assert known is not None
+    assert known.value == pytest.approx(16.2)
+    assert "at rest" in known.origin
+
+
 def test_a_log_that_starts_in_the_air_is_said_to_have_no_rest() -> None:
     known = rest_voltage(recorded(np.full(example.T.size, 20.0), 16.2, 0.03))
     assert known is not None
