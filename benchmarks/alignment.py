@@ -175,13 +175,15 @@ def describe(title: str, outcomes: list[Outcome]) -> None:
         ("drift", drift, "ppm", 1.0, DRIFT_TARGET_PPM),
     ):
         size = factor * np.abs(error)
+        middling, high = np.percentile(size, [50, 99])
         print(
-            f"  |error| of {name:22s} median {np.median(size):6.2f}  99 % {np.percentile(size, 99):6.2f}"
+            f"  |error| of {name:22s} median {middling:6.2f}  99 % {high:6.2f}"
             f"  max {size.max():6.2f} {unit};  within {factor * limit:.0f} {unit}: "
             f"{100 * np.mean(size <= factor * limit):.1f} %"
         )
     print(
-        f"  within 2 sigma (95.4 % if honest and normal): offset {100 * np.mean(z_middle < 2):.1f} %, "
+        "  within 2 sigma (95.4 % if honest and normal): "
+        f"offset {100 * np.mean(z_middle < 2):.1f} %, "
         f"drift {100 * np.mean(z_drift < 2):.1f} %"
     )
 
@@ -221,7 +223,7 @@ def main() -> int:
     """Print the tables; 1 if a target is missed."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--pairs", type=int, default=200)
-    parser.add_argument("--seed", type=int, default=0)
+    parser.add_argument("--seed", type=int, default=1000)
     parser.add_argument("--verbose", action="store_true")
     options = parser.parse_args()
     right = run(options.pairs, options.seed, ("",), verbose=options.verbose)

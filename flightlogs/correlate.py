@@ -1,13 +1,15 @@
 """Which lags bring two recordings of one current together: plain arrays in, numbers out."""
 
 import numpy as np
+import numpy.typing as npt
 from scipy.fft import irfft, next_fast_len, rfft
-from scipy.ndimage import uniform_filter1d
+from scipy.ndimage import median_filter, uniform_filter1d
 
 from flightlogs.log import FloatArray
 
 STEP_S = 0.1
 """Grid of the search; the fit that follows is finer than any grid."""
+SPIKE = 20.0
 MAX_GAP_S = 0.5
 """Across a longer hole nothing is interpolated."""
 
@@ -23,6 +25,16 @@ def regrid(time_s: FloatArray, values: FloatArray, step_s: float = STEP_S) -> Fl
     hole = (t[after] - t[after - 1]) > max(MAX_GAP_S, 2.5 * float(np.median(np.diff(t))))
     out[hole & (grid > t[after - 1]) & (grid < t[after])] = np.nan
     return out
+
+
+def spikes(values: FloatArray) -> npt.NDArray[np.bool_]:
+    """(n,) single samples far from the median of five around them: glitches, not current.
+
+    Far is SPIKE times the upper quartile of that distance: five or more standard deviations of
+    a flight's ripple even where most of the recording is ground.
+    """
+    away = np.abs(values - median_filter(values, 5, mode="nearest"))
+    return np.asarray(away > SPIKE * max(float(np.percentile(away, 75)), 1e-9))
 
 
 def masked_mean(values: FloatArray, samples: int) -> FloatArray:

@@ -27,6 +27,9 @@ class Evidence:
         unexplained: median over the stretches of the share of the slow variance that the other
             record does not have; 0 for two records of one flight, 1 and more for strangers.
         redness: slow variance of the residual / what its fast part lets expect of white noise.
+        surprise: residual power / that of predicting each sample of the reference from its own
+            neighbours (cubic through two on each side), in flight. A sensor of the same current
+            knows better than the neighbours; a stranger does not.
         correlation: of the slow parts, over the flight.
         liveliness: slow standard deviation / mean current, in flight.
         stretches: how many were judged.
@@ -34,9 +37,23 @@ class Evidence:
 
     unexplained: float
     redness: float
+    surprise: float
     correlation: float
     liveliness: float
     stretches: int
+
+
+def bounded_power(v: FloatArray) -> float:
+    """Mean square with outliers held at four standard deviations of the bulk."""
+    return float(np.mean(np.minimum(v**2, 16 * 2.2 * np.median(v**2))))
+
+
+def surprise(reference: FloatArray, residual: FloatArray) -> float:
+    """Power of `residual` / power of predicting `reference` from its own neighbours, in flight."""
+    z = reference
+    own = z[2:-2] - (4 * (z[1:-3] + z[3:-1]) - (z[:-4] + z[4:])) / 6
+    flying = z[2:-2] > IN_FLIGHT * np.percentile(z, 95)
+    return bounded_power(residual[2:-2][flying]) / max(bounded_power(own[flying]), 1e-12)
 
 
 def judge(expected: FloatArray, residual: FloatArray, spacing_s: float) -> Evidence | None:
@@ -77,6 +94,7 @@ def judge(expected: FloatArray, residual: FloatArray, spacing_s: float) -> Evide
     return Evidence(
         unexplained=float(np.median((left - white * noise) / signal)),
         redness=float(np.median(left) / max(white * float(np.median(noise)), 1e-12)),
+        surprise=surprise(expected + residual, residual),
         correlation=float(np.corrcoef(a, b)[0, 1]),
         liveliness=float(
             np.sqrt(np.median(signal)) / np.mean(expected[: len(in_flight)][in_flight])

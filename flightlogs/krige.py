@@ -132,7 +132,7 @@ def krige(
     system[:, -1, -1] = 0.0
     system[:, :-1, :-1] = -half_square(t[:, :, None] - t[:, None, :])
     diagonal = np.arange(NEIGHBOURS)
-    floor = 1e-6 * variogram.table[-1] + 1e-12  # keeps a noiseless, smooth signal solvable
+    floor = 1e-4 * variogram.table[-1] + 1e-12  # keeps a noiseless, smooth signal solvable
     system[:, diagonal, diagonal] += variogram.noise + floor
     right = np.ones((len(at_s), NEIGHBOURS + 1))
     right[:, :-1] = -half_square(t - at_s[:, None])
