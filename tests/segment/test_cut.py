@@ -137,6 +137,30 @@ def test_a_long_climb_after_take_off_is_a_vertical_motion():
     assert segments[1].duration_s == pytest.approx(MotionDetector().takeoff_max_s, abs=0.11)
 
 
+def test_a_landing_begins_where_the_sideways_flight_ends():
+    velocity = np.zeros((400, 3))
+    velocity[100:300, 2] = 0.7
+    velocity[60:200, 0] = 4.0
+    recording = still(n=400, velocity_m_s=velocity, in_air=np.arange(400) < 300)
+    found = [(s.motion, round(s.start_s, 1)) for s in cut(recording)]
+    assert [motion for motion, _ in found] == [
+        Motion.HOVER,
+        Motion.HORIZONTAL,
+        Motion.MIXED,
+        Motion.LANDING,
+        Motion.GROUND,
+    ]
+    assert found[3][1] == pytest.approx(20.0, abs=0.6)
+
+
+def test_a_command_unknown_for_a_moment_is_followed_and_one_unknown_for_long_is_not():
+    velocity = np.zeros((200, 3))
+    velocity[100:115] = np.nan
+    assert motions(still(velocity_m_s=velocity)) == [Motion.HOVER]
+    velocity[100:130] = np.nan
+    assert motions(still(velocity_m_s=velocity)) == [Motion.HOVER, Motion.MIXED, Motion.HOVER]
+
+
 def test_take_off_ends_where_it_flies_away():
     velocity = np.zeros((400, 3))
     velocity[50:150, 2] = -1.5

@@ -131,6 +131,14 @@ def test_stitching_finds_where_level_and_slope_match():
     assert slope[0] * slope[1] > 0
 
 
+def test_stitching_prefers_the_right_slope_to_the_very_same_level():
+    rising = np.arange(41) * 0.1 - 2
+    falls_then_rises = np.concatenate([1.5 - 0.1 * np.arange(6), 1.02 + 0.1 * np.arange(60)])
+    ring = stitch([rising, falls_then_rises], trim=15)
+    joint = int(ring.joints[1])
+    assert np.diff(ring.current_A)[joint - 2 : joint + 5] == pytest.approx(0.1, abs=0.021)
+
+
 def test_stitching_keeps_all_samples_when_told_to_trim_none():
     parts = [np.arange(5.0), np.arange(7.0)]
     assert stitch(parts, 0).current_A.tolist() == [*range(5), *range(7)]
