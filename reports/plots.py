@@ -35,6 +35,7 @@ DRAWN_GAP_S = 2.0  # a line across a longer stretch without samples would be an 
 WIDTH_IN = 11.0
 COLUMNS = 1000  # drawn width in pixels: finer detail than a column of the screen cannot be seen
 DECIMALS = re.compile(r"(\.\d\d)\d+")  # a hundredth of a point is finer than any screen
+HASH = re.compile(r"(?<=[\"#])[pm][0-9a-f]{10}(?=[\")])")
 STYLE: Any = {  # its keys are typed as literals too many to name
     "svg.fonttype": "none",  # text stays text: small, searchable, in the reader's font
     "svg.hashsalt": "drone-battery-health",
@@ -166,6 +167,8 @@ def to_svg(canvas: Canvas, name: str) -> str:
     svg = svg[svg.index("<svg") :]
     svg = re.sub(r"<metadata>.*?</metadata>\s*", "", svg, flags=re.DOTALL)
     svg = re.sub(r'(?<= d=")[^"]*', lambda m: DECIMALS.sub(r"\1", m.group()), svg)
+    number: dict[str, str] = {}  # hashes of coordinates differ with the last bit of the layout
+    svg = HASH.sub(lambda m: number.setdefault(m.group(), f"{m.group()[0]}{len(number)}"), svg)
     svg = re.sub(r'\b(id="|href="#|url\(#)', rf"\g<1>{name}-", svg)
     svg = re.sub(r'(<svg\b[^>]*?) width="[^"]*"', r"\1", svg, count=1)
     svg = re.sub(r'(<svg\b[^>]*?) height="[^"]*"', r"\1", svg, count=1)

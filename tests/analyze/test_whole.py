@@ -1,0 +1,113 @@
+"""The command on whole logs: the samples with their true answer, and real ones where they are."""
+
+import json
+import re
+from importlib import resources
+from pathlib import Path
+
+import jsonschema
+import numpy as np
+import pytest
+from click.testing import CliRunner
+
+from analyze.__main__ import main
+
+SAMPLES = Path(__file__).parents[2] / "sample_logs"
+REAL = Path(__file__).parents[2] / ".." / "shared" / "flights"
+LOGS = ("light.ulg", "s500.ulg", "s500_ardupilot.bin", "s500_telemetry.tlog")
+STEMS = [name.partition(".")[0] for name in LOGS]
+TIME_TAKEN = re.compile(r'("seconds":) [\d.]+|<th scope="row">Time taken</th><td>[\d.]+')
+pytestmark = pytest.mark.slow
+
+
+@pytest.fixture(scope="module")
+def out(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Results of all samples, made in this process."""
+    folder = tmp_path_factory.mktemp("samples")
+    run = CliRunner().invoke(main, [str(SAMPLES), "--out", str(folder)])
+    assert run.exit_code == 0, run.output
+    assert not run.stderr
+    return folder
+
+
+def result(out: Path, stem: str) -> dict:
+    return json.loads((out / stem / "result.json").read_text(encoding="utf-8"))
+
+
+def truth(stem: str) -> dict:
+    return json.loads((SAMPLES / f"{stem}.truth.json").read_text(encoding="utf-8"))
+
+
+def motion_at(segments: list[dict], t: np.ndarray) -> np.ndarray:
+    found = np.full(t.shape, "", dtype=object)
+    for s in segments:
+        found[(t >= s["start_s"]) & (t < s["stop_s"])] = s["motion"]
+    return found
+
+
+def test_every_sample_and_nothing_else_is_analysed(out: Path) -> None:
+    assert {p.name for p in out.iterdir() if p.is_dir()} == set(STEMS)
+    assert json.loads((out / "failures.json").read_text(encoding="utf-8")) == []
+
+
+@pytest.mark.parametrize("stem", STEMS)
+def test_the_result_keeps_the_shipped_schema(out: Path, stem: str) -> None:
+    text = (resources.files("reports") / "result.schema.json").read_text(encoding="utf-8")
+    jsonschema.validate(result(out, stem), json.loads(text))
+
+
+@pytest.mark.parametrize("stem", STEMS)
+def test_the_motions_of_the_truth_are_found(out: Path, stem: str) -> None:
+    true = truth(stem)["segments"]
+    t = np.arange(true[0]["start_s"], true[-1]["stop_s"], 0.1)
+    right = motion_at(result(out, stem)["segments"], t) == motion_at(true, t)
+    assert right.mean() >= 0.95
+
+
+@pytest.mark.parametrize("stem", STEMS)
+def test_the_replay_runs_to_the_end_and_starts_as_the_pack_did(out: Path, stem: str) -> None:
+    got, true = result(out, stem), truth(stem)
+    assert got["replay"]["status"] == "done"
+    start = got["provenance"]["parameters"]["initial_soc"]
+    assert start == pytest.approx(true["pack"]["initial_soc"], abs=0.03)
+    assert got["replay"]["final_soc"] == pytest.approx(true["at_the_end"]["soc"], abs=0.05)
+    assert got["replay"]["lithium_audit"]["relative_error"] == pytest.approx(0.0, abs=1e-12)
+
+
+def test_the_sensor_beside_the_log_is_found_and_aligned(out: Path) -> None:
+    got, true = result(out, "s500")["alignment"], truth("s500")["sensor_clock"]
+    assert got["offset_s"] == pytest.approx(true["offset_s"], abs=0.05)
+    assert got["drift_ppm"] == pytest.approx(true["drift_ppm"], abs=20.0)
+    assert result(out, "s500")["quality"]["current_source"] == "sensor"
+    assert result(out, "light")["alignment"] is None
+
+
+def test_the_page_says_that_the_cell_is_not_the_packs_own(out: Path) -> None:
+    assert "not calibrated to this pack" in (out / "light/report.html").read_text(encoding="utf-8")
+
+
+def test_workers_write_what_one_process_writes(out: Path, tmp_path: Path) -> None:
+    logs = [str(SAMPLES / name) for name in ("light.ulg", "s500_telemetry.tlog")]
+    run = CliRunner().invoke(main, [*logs, "--out", str(tmp_path), "--jobs", "2"])
+    assert run.exit_code == 0, run.output
+    for stem in ("light", "s500_telemetry"):
+        for name in ("report.html", "result.json", "segments.csv"):
+            alone, shared = (
+                TIME_TAKEN.sub("", (folder / stem / name).read_text(encoding="utf-8"))
+                for folder in (out, tmp_path)
+            )
+            assert shared == alone
+
+
+@pytest.mark.skipif(not REAL.is_dir(), reason="the real logs are not beside the project")
+def test_no_real_log_makes_the_program_fail_in_a_way_it_does_not_name(tmp_path: Path) -> None:
+    run = CliRunner().invoke(main, [str(REAL), "--out", str(tmp_path)])
+    assert run.exit_code in (0, 1)
+    failures = json.loads((tmp_path / "failures.json").read_text(encoding="utf-8"))
+    assert not [f for f in failures if f["code"] == "unexpected"]
+    results = list(tmp_path.glob("*/result.json"))
+    assert len(results) >= 10
+    for path in results:
+        replay = json.loads(path.read_text(encoding="utf-8"))["replay"]
+        assert replay["status"]
+        assert replay["voltage_rmse_mv"] is None or replay["voltage_rmse_mv"] > 0
