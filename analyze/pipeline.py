@@ -11,7 +11,7 @@ from analyze.start import pack_use
 from analyze.version import version
 from flightlogs.align import AlignedSensor, AlignmentRefused, align
 from flightlogs.assemble import assemble
-from flightlogs.errors import LogError, LogWarning
+from flightlogs.errors import LogError, LogWarning, Refusal
 from flightlogs.log import FlightLog
 from flightlogs.read import read_log
 from flightlogs.recording import Recording
@@ -36,10 +36,11 @@ class Inputs:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Sensor:
-    """What became of the sensor's recording: aligned, or why not."""
+    """What became of the sensor's recording: aligned, or why not, and what is doubtful in it."""
 
     aligned: AlignedSensor | None = None
     refusal: str = ""
+    warnings: tuple[LogWarning, ...] = ()
 
 
 def analyse(inputs: Inputs, *, clock: Callable[[], float]) -> FlightReport:
@@ -57,7 +58,7 @@ def analyse(inputs: Inputs, *, clock: Callable[[], float]) -> FlightReport:
     with inputs.log.open("rb") as stream:
         log = read_log(stream, name=printable(inputs.log.name))
     sensor = _sensor(inputs, log)
-    recording = assemble(log, battery=inputs.battery, sensor=sensor.aligned)
+    recording = _recording(inputs, log, sensor)
     segments = cut(recording)
     reference = inputs.pack.cell if inputs.pack else DEFAULT_CELL
     cell, remarks = cell_of(reference)
@@ -86,21 +87,36 @@ def _sensor(inputs: Inputs, log: FlightLog) -> Sensor:
     """The sensor's recording on the log's clock; a refusal leaves the autopilot's current."""
     if inputs.sensor is None:
         return Sensor()
+    warnings: tuple[LogWarning, ...] = ()
     try:
         with inputs.sensor.open("rb") as stream:
             recorded = read_sensor(stream, name=printable(inputs.sensor.name))
-        return Sensor(aligned=align(recorded, log, battery=inputs.battery))
+        warnings = recorded.warnings
+        aligned = align(recorded, log, battery=inputs.battery)
     except AlignmentRefused as e:
-        return Sensor(refusal=f"{e} ({e.code})")
+        return Sensor(refusal=f"{e} ({e.code})", warnings=warnings)
     except LogError as e:
         return Sensor(refusal=str(e))
+    return Sensor(aligned=aligned, warnings=warnings)
+
+
+def _recording(inputs: Inputs, log: FlightLog, sensor: Sensor) -> Recording:
+    """As `assemble` gives it; a refusal also says why the sensor could not help."""
+    try:
+        return assemble(log, battery=inputs.battery, sensor=sensor.aligned)
+    except Refusal as e:
+        if not sensor.refusal:
+            raise
+        text = f"{e}. The sensor's recording was not used: {sensor.refusal}"
+        raise Refusal(e.code, text) from e
 
 
 def _doubts(
     recording: Recording, use: PackUse, sensor: Sensor, remarks: tuple[str, ...]
 ) -> tuple[LogWarning, ...]:
     """What is doubtful beyond the log itself."""
-    out = [LogWarning(code="cell_parameters", message=text) for text in remarks]
+    out = [*sensor.warnings]
+    out += [LogWarning(code="cell_parameters", message=text) for text in remarks]
     if use.series != recording.series:
         known = "inferred from the voltage" if recording.series_inferred else "as the log says"
         text = (

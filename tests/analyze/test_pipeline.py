@@ -9,7 +9,8 @@ from analyze import pipeline
 from analyze.pack_choice import read_pack
 from analyze.pipeline import Inputs, analyse
 from flightlogs.align import AlignedSensor, AlignmentRefused
-from flightlogs.errors import LogError
+from flightlogs.errors import LogError, LogWarning, Refusal
+from flightlogs.sensor import SensorCounts, SensorLog
 from reports.flight import FlightReport
 from reports.page import flight_page
 from reports.render import render
@@ -28,14 +29,27 @@ class Readers:
     def __init__(self, monkeypatch: pytest.MonkeyPatch) -> None:
         self.asked: dict[str, object] = {}
         self.align_error: LogError | None = None
+        self.refusal: Refusal | None = None
         monkeypatch.setattr(pipeline, "read_log", lambda _, name: example.log(name))
-        monkeypatch.setattr(pipeline, "read_sensor", lambda _, name: name)
+        monkeypatch.setattr(pipeline, "read_sensor", self.read_sensor)
         monkeypatch.setattr(pipeline, "align", self.align)
         monkeypatch.setattr(pipeline, "assemble", self.assemble)
 
-    def align(self, sensor: object, log: object, *, battery: int | None) -> AlignedSensor:
+    def read_sensor(self, stream: object, *, name: str) -> SensorLog:
+        del stream
+        return SensorLog(
+            name=name,
+            time_s=example.T,
+            current_A=example.CURRENT,
+            voltage_V=None,
+            inverted=False,
+            counts=SensorCounts(),
+            warnings=(LogWarning("sensor_saturated", "7 samples at a rail"),),
+        )
+
+    def align(self, sensor: SensorLog, log: object, *, battery: int | None) -> AlignedSensor:
         del log
-        self.asked |= {"aligned": sensor, "battery": battery}
+        self.asked |= {"aligned": sensor.name, "battery": battery}
         if self.align_error:
             raise self.align_error
         return AlignedSensor(
@@ -45,6 +59,8 @@ class Readers:
     def assemble(self, log: object, *, battery: int | None, sensor: object):
         del log
         self.asked |= {"battery of the log": battery, "sensor": sensor}
+        if self.refusal:
+            raise self.refusal
         return example.recording(
             alignment=example.recording().alignment if sensor else None,
             current_source="sensor" if sensor else "autopilot",
@@ -98,6 +114,22 @@ def test_an_aligned_sensor_is_used(tmp_path: Path, readers: Readers) -> None:
     assert isinstance(readers.asked["sensor"], AlignedSensor)
     assert report.provenance.sensor_name == "flight.csv"
     assert not report.alignment_refusal
+
+
+def test_what_is_doubtful_in_the_sensor_is_told(tmp_path: Path, readers: Readers) -> None:
+    assert "sensor_saturated" in codes(analysed(tmp_path, sensor=True))
+    readers.align_error = AlignmentRefused("steady", "nothing happens")
+    assert "sensor_saturated" in codes(analysed(tmp_path, sensor=True))
+
+
+def test_a_refused_log_says_why_the_sensor_could_not_help(tmp_path: Path, readers: Readers) -> None:
+    readers.align_error = AlignmentRefused("steady", "nothing happens")
+    readers.refusal = Refusal("no_current", "the current was not measured")
+    with pytest.raises(Refusal, match=r"not measured. The sensor's .* nothing happens") as refused:
+        analysed(tmp_path, sensor=True)
+    assert refused.value.code == "no_current"
+    with pytest.raises(Refusal, match=r"not measured$"):
+        analysed(tmp_path)
 
 
 @pytest.mark.parametrize(
