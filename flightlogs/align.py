@@ -109,7 +109,9 @@ def align(sensor: SensorLog, log: FlightLog, *, battery: int | None = None) -> A
 
     The sensor's current is held against the current of the autopilot's battery, or against thrust
     where the log has no current that moves. Only what changes counts, so a wrong scale or zero of
-    either does no harm.
+    either does no harm. A low-pass filter in the autopilot is not told from the clock: up to a time
+    constant of about 0.05 s its delay becomes part of the offset, a slower one is refused
+    (`wrong_flight`).
 
     Args:
         sensor: recording of the current sensor.
