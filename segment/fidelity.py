@@ -13,6 +13,7 @@ FRAME_s = 3.2  # of the spectrum: resolves 0.3 Hz
 MOST_STEPS = 5000
 PERCENTS = (1.0, 50.0, 99.0)
 RMS_WEIGHT = 10.0  # heat goes with the square of the current: no percentile is worth an error there
+SEAM_WEIGHT = 3.0  # met at every repetition
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -108,10 +109,13 @@ def compare(profile: Character, source: Character, seam_A: float) -> Fidelity:
 
 
 def badness(fidelity: Fidelity, source: Character) -> float:
-    """One number to choose by: the deviations in units of the source's own spread, added."""
-    spread = max(source.spread_A, 1e-3)
-    level = (
-        abs(fidelity.mean_A) + abs(fidelity.rms_A) + float(np.mean(np.abs(fidelity.percentile_A)))
-    )
-    excess = max(fidelity.seam_A - fidelity.usual_step_A, 0.0)
-    return level / spread + fidelity.ripple_spectrum + fidelity.ramp_rate + excess / spread
+    """One number to choose by: the deviations in units of the source's own spread, added.
+
+    A jump counts as far as it exceeds those within the recording; what was done to the samples
+    counts like the deviations that it mended.
+    """
+    f, spread = fidelity, max(source.spread_A, 1e-3)
+    levels = [RMS_WEIGHT * f.mean_A, RMS_WEIGHT * f.rms_A, *f.percentile_A, f.shift_A]
+    jump = SEAM_WEIGHT * max(f.seam_A - f.usual_step_A, 0.0)
+    level = (float(np.sum(np.abs(levels))) + jump) / spread
+    return level + f.ripple_spectrum + f.ramp_rate + abs(f.gain - 1)

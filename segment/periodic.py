@@ -28,6 +28,7 @@ class ProfileMaker:
         trims_s: at most this much is left out at either side of a stitch, to match level and slope
             (each is tried: a longer one makes a better stitch, and loses more of the transients).
         gain_limit: largest relative change of the distance from the mean, to keep the RMS.
+        rms_tolerance: a smaller relative deviation of the RMS is left as it is: heat to 0.2 %.
         candidates: windows that are compared in full.
     """
 
@@ -37,6 +38,7 @@ class ProfileMaker:
     least_s: float = 10.0
     trims_s: tuple[float, ...] = (1.0, 0.4, 0.0)
     gain_limit: float = 0.05
+    rms_tolerance: float = 1e-3
     candidates: int = 60
 
 
@@ -96,7 +98,7 @@ def _best(
     rings: Sequence[Ring], source: Character, period_s: float, maker: ProfileMaker
 ) -> tuple[FloatArray, Fidelity]:
     made = [
-        _corrected(*window(ring, start, n), source, period_s, maker.gain_limit)
+        _corrected(*window(ring, start, n), source, period_s, maker)
         for ring in rings
         for start, n in _candidates(ring, source, period_s, maker)
     ]
@@ -104,12 +106,14 @@ def _best(
 
 
 def _corrected(
-    raw_A: FloatArray, seam_A: float, source: Character, period_s: float, limit: float
+    raw_A: FloatArray, seam_A: float, source: Character, period_s: float, maker: ProfileMaker
 ) -> tuple[FloatArray, Fidelity]:
-    """`raw_A` with the source's mean and, as far as the gain's `limit` lets it, its RMS."""
+    """`raw_A` with the source's mean and, where it matters and the limit lets it, its RMS."""
     spread_A, shift_A = float(raw_A.std()), source.mean_A - float(raw_A.mean())
-    wanted = source.spread_A / spread_A if spread_A > 0 else 1.0
-    gain = float(np.clip(wanted, 1 - limit, 1 + limit))
+    off_A = float(np.hypot(source.mean_A, spread_A)) - source.rms_A
+    gain, limit = 1.0, maker.gain_limit
+    if spread_A > 0 and abs(off_A) > maker.rms_tolerance * source.rms_A:
+        gain = float(np.clip(source.spread_A / spread_A, 1 - limit, 1 + limit))
     wave = source.mean_A + gain * (raw_A + shift_A - source.mean_A)
     fidelity = compare(periodic_character(wave, period_s), source, gain * seam_A)
     return wave, replace(fidelity, shift_A=shift_A, gain=gain)
