@@ -160,10 +160,10 @@ def _taken(out: Path, digest: str, used: set[str]) -> Callable[[str], bool]:
 
 def _run(jobs: Sequence[Job], tally: Tally, options: Options) -> None:
     running = outcomes(jobs, workers=options.jobs, scheduler=options.scheduler)
-    with closing(running), progress(len(jobs), wanted=not options.quiet) as advance:
+    with closing(running), progress(len(jobs), wanted=not options.quiet) as step:
         for outcome in running:
-            _note(outcome, tally, options)
-            advance()
+            with step():
+                _note(outcome, tally, options)
 
 
 def _note(outcome: Outcome, tally: Tally, options: Options) -> None:
