@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 
 class LogError(Exception):
-    """Base of everything this package raises; the text names file, place, expectation and remedy."""
+    """Base of all this package raises; the text names file, place, expectation and remedy."""
 
 
 class NotALog(LogError):

@@ -66,13 +66,13 @@ class Channel:
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class BatteryLog:
-    """One battery as the autopilot recorded it. Sentinels are already NaN; absent channels are None.
+    """One battery as the autopilot recorded it; sentinels are already NaN, absent channels None.
 
     Attributes:
         instance: index the user names with `--battery` (0-based order of appearance in the log).
         label: how the log calls it, e.g. `battery_status[0], id 1`.
         time_s: (n,) since the first sample of the log, strictly increasing.
-        current_A: (n,) discharge positive, or None if never measured (sentinel or exactly 0 throughout).
+        current_A: (n,) discharge positive; None if never measured (a sentinel or 0 throughout).
         voltage_V: (n,) at the pack terminals, or None.
         temperature_K: (n,) measured pack temperature, or None.
         cell_voltage_V: (n, cells), or None.
@@ -152,8 +152,8 @@ class FlightLog:
         duration_s: from the first to the last sample of the data (stray stamps ignored).
         batteries: in order of appearance.
         velocity_m_s: (n, 3) north, east, down, or None.
-        velocity_setpoint_m_s: (n, 3) commanded north, east, down; NaN where not controlled; or None.
-        position_setpoint_m: (n, 3) commanded north, east, down; NaN where not controlled; or None.
+        velocity_setpoint_m_s: (n, 3) commanded north, east, down; NaN where not controlled.
+        position_setpoint_m: (n, 3) commanded north, east, down; NaN where not controlled.
         sticks: (n, 4) roll, pitch, yaw in -1..1 and throttle in 0..1, or None.
         thrust: (n,) collective thrust or mean motor output in 0..1, or None.
         altitude_m: (n,) above the start, up positive, or None.

@@ -94,7 +94,7 @@ def _refuse_unmeasured(log: FlightLog, battery: BatteryLog, *, current_elsewhere
             "no_battery",
             f"{log.name}: {battery.label}: neither current nor voltage was measured: the power "
             "module is not connected or not configured; a current sensor's CSV can replace it "
-            "(--sensor) if the log or pack.toml tells the number of cells",
+            "(--sensor) if the log tells the number of cells",
         )
     if no_current:
         raise Refusal(

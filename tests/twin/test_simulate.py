@@ -155,7 +155,13 @@ def test_lower_cut_off_is_located_inside_a_long_sample(m50: Cell) -> None:
 def test_charging_a_full_cell_ends_at_the_upper_cut_off(m50: Cell) -> None:
     solution = simulate(Pack(cell=m50, initial_soc=0.8), constant(-2.5, 3600.0))
     assert solution.status is Status.UPPER_CUT_OFF
-    assert solution.voltage_V[-1] <= m50.upper_cut_off_V + 1e-3
+    assert solution.voltage_V[-1] <= m50.upper_cut_off_V + 5.1e-3
+
+
+def test_a_full_pack_at_rest_under_sensor_noise_is_not_being_overcharged() -> None:
+    noise_A = np.random.default_rng(1).normal(0.0, 0.1, 600)
+    load = Load(time_s=np.arange(600) / 10, current_A=noise_A - noise_A.mean())
+    assert simulate(Pack(cell=load_cell("lipo_2200")), load).status is Status.DONE
 
 
 @pytest.mark.parametrize("current_A", [200.0, 2000.0, -500.0])
