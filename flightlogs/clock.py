@@ -24,7 +24,8 @@ OTHER_CLOCK_S = 1e7  # 4 months: no autopilot runs that long, and the epoch is 5
 NEIGHBOURS = 25  # records: no topic alone makes up half of them for long
 LEAP_S = 86400.0  # no pause inside one file is longer: the clock was set
 STEP_BACK_S = 1.0  # smaller ones are the disorder of records that were buffered
-LASTING = 3  # records on either side that agree on a jump: it is the clock, not a damaged stamp
+LASTING = 3  # records that go together are no damaged stamps
+JUDGES = 7  # of a topic on either side of a jump, by their median: three damaged ones do no harm
 STRAY_S = 10.0  # before the first and after the last of many records nothing single is so far off
 HELD_S = 0.3  # a first sample this old is from before the log; a slow topic's is one period old
 
@@ -158,8 +159,8 @@ def _lasting_jumps(time_s: FloatArray) -> list[int]:
     found = np.flatnonzero((jump < -STEP_BACK_S) | (jump > LEAP_S)) + 1
     lasting = []
     for i in found.tolist():
-        before, after = time_s[max(1, i - LASTING) : i], time_s[i : i + LASTING]
-        if min(before.size, after.size) == LASTING:
+        before, after = time_s[max(1, i - JUDGES) : i], time_s[i : i + JUDGES]
+        if min(before.size, after.size) >= LASTING:
             size = float(np.median(after) - np.median(before))
             if size < -STEP_BACK_S or size > LEAP_S:
                 lasting.append(i)

@@ -290,7 +290,7 @@ def test_a_log_cut_anywhere_gives_its_beginning_or_says_why_not(size: int) -> No
 
 
 @settings(max_examples=30, deadline=None)
-@given(st.integers(2_000, len(whole()) - 600), st.integers(1, 500), st.integers(0, 2**32 - 1))
+@given(st.integers(2_000, len(whole()) - 2_000), st.integers(1, 500), st.integers(0, 2**32 - 1))
 def test_what_lies_behind_a_damaged_stretch_is_recovered(at: int, size: int, seed: int) -> None:
     noise = np.random.default_rng(seed).bytes(size)
     log = read(whole()[:at] + noise + whole()[at + size :])
