@@ -73,10 +73,13 @@ def run_session(options: Options) -> int:
     except KeyboardInterrupt:
         click.echo(f"Interrupted: {_sum(tally, found)} What is written is whole.", err=True)
         return 130
-    if len(found.logs) > 1 or any(p.is_dir() for p in options.paths):
+    fleet = len(found.logs) > 1 or any(p.is_dir() for p in options.paths)
+    if fleet:
         write_fleet(options.out, _fleet(tally, found))
     if not options.quiet:
         click.echo(_sum(tally, found))
+        if fleet:
+            click.echo(f"All of them on one page: {click.format_filename(options.out)}/index.html")
     return 1 if tally.failed else 0
 
 

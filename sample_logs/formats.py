@@ -26,8 +26,8 @@ def _inside(time_s: FloatArray, spans: Sequence[Interval]) -> npt.NDArray[np.boo
     return out
 
 
-def ulog(flown: Flown, path: Path) -> None:
-    """As PX4 1.15 logs it: battery at 5 Hz, motion at 10 Hz."""
+def ulog(flown: Flown, path: Path, besides: Sequence[write_ulog.Topic] = ()) -> None:
+    """As PX4 1.15 logs it: battery at 5 Hz, motion at 10 Hz; and the topics `besides`."""
     seen = flown.seen(0.2, 0.1)
     t, slow = seen.motion_time_s, np.arange(0.0, seen.motion_time_s[-1], 0.5)
     numbers = {AUTO_TAKEOFF: 17, POSCTL: 2, AUTO_LAND: 18}
@@ -40,6 +40,7 @@ def ulog(flown: Flown, path: Path) -> None:
         write_ulog.land_detected(BOOT_s + down_s, np.arange(down_s.size) % 2 == 0),
         write_ulog.status(BOOT_s + slow, _inside(slow, seen.armed), flown.mode_at(slow, numbers)),
         write_ulog.gps(BOOT_s + slow[::2], START_UNIX_s + slow[::2]),
+        *besides,
     ]
     extras = write_ulog.Extras(
         info={"sys_name": "PX4", "ver_hw": "SYNTHETIC", "ver_sw_release": 0x010F00FF},
