@@ -12,7 +12,7 @@ class SeiOnCracks:
 
     strength: float = 1.0
     initial_share: float = 1e-4
-    """Film on the faces at the start of life, as a share of the outer film (OKane2022 in PyBaMM)."""
+    """Film on the faces at the start of life, over the outer film (OKane2022 in PyBaMM)."""
 
     id: ClassVar[str] = "sei_on_cracks"
     parameters: ClassVar[tuple[Parameter, ...]] = (
