@@ -9,7 +9,7 @@ from flightlogs.recording import Recording
 from reports.flight import PackUse
 from twin.bpx_file import open_circuit_V
 from twin.cell import Cell
-from twin.effects import EFFECTS, SelfHeating
+from twin.effects import SelfHeating, chosen
 from twin.pack import Pack
 from twin.pack_file import ZERO_CELSIUS_K, PackFile, effect_ids
 
@@ -77,9 +77,7 @@ def pack_of(use: PackUse, cell: Cell) -> Pack:
         capacity_C=use.capacity_C,
         initial_soc=use.initial_soc,
         initial_K=use.initial_K,
-        effects=tuple(
-            EFFECTS[e](heat_transfer_W_m2_K=use.heat_transfer_W_m2_K) for e in use.effects
-        ),
+        effects=chosen(use.effects, heat_transfer_W_m2_K=use.heat_transfer_W_m2_K),
     )
 
 

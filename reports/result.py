@@ -156,10 +156,12 @@ class LithiumPart(_Part):
     """In the negative electrode, at start and end."""
     positive_mol: tuple[float, float]
     electrolyte_mol: tuple[float, float]
+    lost_mol: dict[str, tuple[float, float]]
+    """In SEI, on cracks, plated, dead, trapped; empty where no ageing is switched on."""
     relative_error: float
     """Change of the sum over the sum."""
     charge_error_c: float
-    """Charge of the load minus what left the negative electrode."""
+    """Charge of the load minus what the positive electrode took up."""
 
 
 class ReplayPart(_Part):

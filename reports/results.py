@@ -156,6 +156,7 @@ def _replay(replay: Replay) -> ReplayPart:
             negative_mol=_pair(audit.negative_mol),
             positive_mol=_pair(audit.positive_mol),
             electrolyte_mol=_pair(audit.electrolyte_mol),
+            lost_mol={name: _pair(mol) for name, mol in audit.lost_mol.items()},
             relative_error=audit.relative_error,
             charge_error_c=audit.charge_error_C,
         ),

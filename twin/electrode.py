@@ -36,9 +36,10 @@ class ElectrodeSymbols:
         """Its own parameter `name`."""
         return self.p[f"{self.name}.{name}"]
 
-    def area_per_node(self) -> ca.SX:
-        """(n,) active surface per coated area that belongs to each node."""
-        return ca.DM(self.layer.weight) * (self("specific_area_m2_m3") * self("thickness_m"))
+    def area_per_node(self, left: ca.SX | float = 1.0) -> ca.SX:
+        """(n,) active surface per coated area that belongs to each node; `left` of the first."""
+        whole = self("specific_area_m2_m3") * self("thickness_m")
+        return ca.DM(self.layer.weight) * (whole * left)
 
     @property
     def uniform_diffusivity(self) -> bool:
@@ -94,11 +95,17 @@ class ElectrodeSymbols:
         eta = kinetics.overpotential_V(reaction, exchange, temperature_K)
         return self.open_circuit_V(surface, temperature_K) + eta
 
-    def solid_charge(self, phi_s: ca.SX, reaction: ca.SX, current_A: ca.SX) -> ca.SX:
-        """Residual (n,) of charge in the solid, Ohm's law [A/m2 of coated area]."""
+    def solid_charge(self, phi_s: ca.SX, transfer: ca.SX, current_A: ca.SX) -> ca.SX:
+        """Residual (n,) of charge in the solid, Ohm's law [A/m2 of coated area].
+
+        Args:
+            phi_s: (n,) potential of the solid.
+            transfer: (n,) current that leaves the solid at each node [A/m2 of coated area].
+            current_A: () of the cell, discharge positive.
+        """
         conductivity = ca.repmat(self("conductivity_S_m"), self.layer.size, 1)
         row = weak_divergence(self.layer, phi_s, conductivity, self("thickness_m"))
-        row += self.area_per_node() * reaction
+        row += transfer
         row[self.collector] -= self.outward * current_A / self.p["area_m2"]
         return row
 

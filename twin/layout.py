@@ -14,10 +14,13 @@ class Layout:
 
     State: modes of the negative and positive particles (nodes x modes), salt (nodes left to right),
     electrolyte potential, reaction current negative, positive, enthalpy potential of both, voltage,
-    temperature.
+    temperature. With ageing also, in the negative electrode, films, plated and dead lithium [mol
+    per m3 of electrode], crack length, porosity and total current; in both electrodes the share of
+    active material that is left, and the lithium trapped in the rest (share of what all can hold).
     """
 
     mesh: Mesh
+    ageing: bool = False
 
     @property
     def electrodes(self) -> tuple[int, int]:
@@ -55,11 +58,21 @@ class Layout:
         """Name -> length in the state, in order."""
         n, p = self.electrodes
         m = self.mesh.sphere.size
-        return {
+        base = {
             "modes_n": n * m, "modes_p": p * m, "salt": self.nodes, "phi": self.nodes,
             "reaction_n": n, "reaction_p": p, "enthalpy_V": n + p, "voltage_V": 1,
             "temperature_K": 1,
         }  # fmt: skip
+        return base | self.ageing_sizes()
+
+    def ageing_sizes(self) -> dict[str, int]:
+        """The part of `sizes` that ageing adds."""
+        if not self.ageing:
+            return {}
+        n, p = self.electrodes
+        names = ("film", "crack_film", "plated", "dead", "crack_m", "porosity", "total_n")
+        out = dict.fromkeys((*names, "left_n", "trapped_n"), n)
+        return out | dict.fromkeys(("left_p", "trapped_p"), p)
 
     def split(self, state: ca.SX) -> dict[str, ca.SX]:
         """The parts of a state vector by name; modes as (nodes, modes)."""

@@ -3,8 +3,10 @@
 from dataclasses import dataclass
 
 from twin.cell import Cell
-from twin.effects.self_heating import SelfHeating
-from twin.parameters import cell_parameters
+from twin.effects import AGEING, AnyEffect, Mechanics
+from twin.parameters import ageing_parameters, cell_parameters
+
+OKANE_2022 = Mechanics()
 
 
 class PackError(ValueError):
@@ -24,6 +26,7 @@ class Pack:
         initial_soc: state of charge at the start, 0..1 of the cell's stoichiometry window.
         initial_K: temperature at the start.
         effects: what acts beyond the isothermal P2D model.
+        mechanics: elastic constants, for the effects that need them.
     """
 
     cell: Cell
@@ -32,7 +35,8 @@ class Pack:
     capacity_C: float | None = None
     initial_soc: float = 1.0
     initial_K: float = 298.15
-    effects: tuple[SelfHeating, ...] = ()
+    effects: tuple[AnyEffect, ...] = ()
+    mechanics: Mechanics = OKANE_2022
 
     def __post_init__(self) -> None:
         for name, low, high in (
@@ -64,4 +68,9 @@ class Pack:
         values["area_m2"] *= self.scale
         values["heat_capacity_J_K"] *= self.scale
         values["cooling_area_m2"] *= self.scale ** (2 / 3)
-        return values
+        return values | (ageing_parameters(self.effects, self.mechanics) if self.ages else {})
+
+    @property
+    def ages(self) -> bool:
+        """Some effect changes the cell for good."""
+        return any(isinstance(e, AGEING) for e in self.effects)

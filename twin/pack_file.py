@@ -9,7 +9,7 @@ from typing import Annotated, get_args
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 from pydantic_core import ErrorDetails
 
-from twin.effects import EFFECTS
+from twin.effects import EFFECTS, SelfHeating
 
 ZERO_CELSIUS_K = 273.15
 Text = Annotated[str, Field(min_length=1)]
@@ -79,9 +79,13 @@ def parse_pack_file(text: str, *, name: str) -> PackFile:
 
 
 def effect_ids(pack: PackFile | None) -> tuple[str, ...]:
-    """Effects switched on, all there are if the file is silent; PackFileError if one is unknown."""
+    """Effects switched on; PackFileError if one is unknown.
+
+    Where the file is silent only self-heating: the ageing constants at hand are those of the
+    LG M50 of O'Kane 2022, and whoever takes them for another cell should say so.
+    """
     if pack is None or pack.twin.physics is None:
-        return tuple(EFFECTS)
+        return (SelfHeating.id,)
     for name in pack.twin.physics:
         if name not in EFFECTS:
             raise PackFileError(

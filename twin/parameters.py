@@ -1,12 +1,13 @@
 """The numbers of a cell that the kernel takes as inputs, by name: whatever may be fitted or age."""
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import fields
 
 import casadi as ca
 import numpy as np
 
 from twin.cell import Cell
+from twin.effects import AGEING, AnyEffect, Mechanics
 
 SCALARS_OF_CELL = (
     "area_m2",
@@ -14,6 +15,19 @@ SCALARS_OF_CELL = (
     "heat_capacity_J_K",
     "cooling_area_m2",
 )
+
+
+def ageing_parameters(
+    effects: Iterable[AnyEffect] = (), mechanics: Mechanics | None = None
+) -> dict[str, float]:
+    """The same for the effects that age the cell; those not in `effects` have strength 0."""
+    chosen = {type(e): e for e in effects}
+    out: dict[str, float] = {}
+    for kind in AGEING:
+        effect = chosen.get(kind, kind(strength=0.0))
+        out |= {f"{effect.id}.{f.name}": float(getattr(effect, f.name)) for f in fields(effect)}
+    mechanics = mechanics or Mechanics()
+    return out | {f"mechanics.{f.name}": getattr(mechanics, f.name) for f in fields(mechanics)}
 
 
 def cell_parameters(cell: Cell) -> dict[str, float]:

@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 
 from twin.builtin import load_cell
-from twin.effects import EFFECTS, SelfHeating
+from twin.effects import SelfHeating, chosen
 from twin.load import Between
 from twin.load_csv import read_load_csv
 from twin.pack import Pack
@@ -64,7 +64,7 @@ def _pack(file: PackFile, folder: Path) -> Pack:
         capacity_C=None if ah is None else 3600 * ah,
         initial_soc=1.0 if file.start.soc is None else file.start.soc,
         initial_K=_ambient_K(file) if start_c is None else start_c + ZERO_CELSIUS_K,
-        effects=tuple(EFFECTS[e](heat_transfer_W_m2_K=transfer) for e in effect_ids(file)),
+        effects=chosen(effect_ids(file), heat_transfer_W_m2_K=transfer),
     )
 
 

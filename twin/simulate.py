@@ -14,6 +14,7 @@ import numpy.typing as npt
 
 from twin.cell import Cell
 from twin.constants import FARADAY_C_mol
+from twin.effects import SelfHeating
 from twin.kernel import Backend, kernel
 from twin.kinetics import SURFACE_MARGIN, SALT_FLOOR_mol_m3
 from twin.load import Between, Load
@@ -82,9 +83,11 @@ def cut_into_pieces(load: Load, divisor: float) -> Pieces:
 
 
 @lru_cache(maxsize=16)
-def _built(cell: Cell, mesh: Mesh, backend: Backend) -> tuple[StepModel, ca.Function, ca.Function]:
+def _built(
+    cell: Cell, mesh: Mesh, backend: Backend, *, ageing: bool
+) -> tuple[StepModel, ca.Function, ca.Function]:
     """Model, kernel of one piece, kernel of CHUNK pieces."""
-    model = StepModel(cell, mesh)
+    model = StepModel(cell, mesh, ageing=ageing)
     step = kernel(model.step(), backend)
     return model, step, step.mapaccum(CHUNK)
 
@@ -141,14 +144,14 @@ class _Run:
     """One simulation while it goes on; `rows` collects the outputs of accepted pieces."""
 
     def __init__(self, pack: Pack, load: Load, mesh: Mesh, backend: Backend) -> None:
-        self.model, self._one, self._many = _built(pack.cell, mesh, backend)
+        self.model, self._one, self._many = _built(pack.cell, mesh, backend, ageing=pack.ages)
         self.values = pack.cell_parameters()
         self._p = vector(self.values)
         self.initial = self.model.initial_state(pack.initial_soc, pack.initial_K, self.values)
         self.state = self.initial
         self.pieces = cut_into_pieces(load, pack.parallel)
         self._limits = Limits(pack.cell.lower_cut_off_V, pack.cell.upper_cut_off_V)
-        heating = next((e for e in pack.effects if e.id == "self_heating"), None)
+        heating = next((e for e in pack.effects if isinstance(e, SelfHeating)), None)
         transfer = heating.heat_transfer_W_m2_K if heating else 0.0
         self._tail = np.array([load.ambient_K, transfer, float(heating is not None)])
         self.rows: list[FloatArray] = []
@@ -255,13 +258,15 @@ def simulate(
 
 def _audit(run: _Run) -> LithiumAudit:
     """Lithium of one cell at the start and where the run ended, from the states themselves."""
-    content = np.array([run.model.lithium_mol(s, run.values) for s in (run.initial, run.state)]).T
-    total = content.sum(axis=0)
-    released_C = FARADAY_C_mol * float(content[0, 0] - content[0, 1])
+    start, end = (run.model.lithium_mol(s, run.values) for s in (run.initial, run.state))
+    total = sum(start.values()), sum(end.values())
+    taken = {k: end[k] - start[k] for k in ("positive", "trapped_positive") if k in end}
+    moved = {name: np.array([start[name], end[name]]) for name in start}
     return LithiumAudit(
-        negative_mol=content[0],
-        positive_mol=content[1],
-        electrolyte_mol=content[2],
-        relative_error=float((total[1] - total[0]) / total[0]),
-        charge_error_C=run.charge_C - released_C,
+        negative_mol=moved.pop("negative"),
+        positive_mol=moved.pop("positive"),
+        electrolyte_mol=moved.pop("electrolyte"),
+        lost_mol=moved,
+        relative_error=(total[1] - total[0]) / total[0],
+        charge_error_C=run.charge_C - FARADAY_C_mol * sum(taken.values()),
     )

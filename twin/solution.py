@@ -1,5 +1,6 @@
 """`Solution`: what the twin answers to a load."""
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from enum import Enum
 
@@ -43,13 +44,16 @@ class LithiumAudit:
         negative_mol: (2,) in the negative electrode, start and end.
         positive_mol: (2,) in the positive electrode, start and end.
         electrolyte_mol: (2,) in the electrolyte, start and end.
+        lost_mol: likewise, by name: what is in films, plated, dead, or trapped in lost material;
+            empty without ageing.
         relative_error: (end - start of the sum) / start of the sum.
-        charge_error_C: integral of the load minus what left the negative electrode.
+        charge_error_C: integral of the load minus what the positive electrode took up.
     """
 
     negative_mol: FloatArray
     positive_mol: FloatArray
     electrolyte_mol: FloatArray
+    lost_mol: Mapping[str, FloatArray]
     relative_error: float
     charge_error_C: float
 

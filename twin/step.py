@@ -18,7 +18,7 @@ are exact and heat is the exact mean of its factors' products. A step of length 
 """
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import casadi as ca
 import numpy as np
@@ -27,12 +27,13 @@ import numpy.typing as npt
 from twin import elimination
 from twin.cell import Cell
 from twin.constants import FARADAY_C_mol
+from twin.degradation import DegradationSymbols
 from twin.effects import self_heating
 from twin.electrode import ElectrodeSymbols
 from twin.electrolyte import ElectrolyteSymbols
 from twin.layout import Layout
 from twin.mesh import Mesh
-from twin.parameters import Symbols, cell_parameters
+from twin.parameters import Symbols, ageing_parameters, cell_parameters
 
 FloatArray = npt.NDArray[np.float64]
 
@@ -69,12 +70,30 @@ class _Unknown:
         return ca.vertcat(self.salt, self.phi, self.reaction_n, self.reaction_p)
 
 
+@dataclass(frozen=True, slots=True)
+class _Surface:
+    """Of one electrode's particles at the end of a step; all (n,).
+
+    Attributes:
+        phi_s: potential of the solid.
+        total: current through the surface, side reactions included [A/m2].
+        released: lithium that left for the electrolyte, mean of the step, as a current [A/m2].
+        plated: metallic lithium after the step; empty without ageing.
+    """
+
+    phi_s: ca.SX
+    total: ca.SX
+    released: ca.SX
+    plated: ca.SX
+
+
 class StepModel:
     """The equations of a cell on a mesh; `step()` is the kernel."""
 
-    def __init__(self, cell: Cell, mesh: Mesh) -> None:
-        self.layout = Layout(mesh)
-        self.p = Symbols(tuple(cell_parameters(cell)))
+    def __init__(self, cell: Cell, mesh: Mesh, *, ageing: bool = False) -> None:
+        self.layout = Layout(mesh, ageing=ageing)
+        names = tuple(cell_parameters(cell))
+        self.p = Symbols(names + (tuple(ageing_parameters()) if ageing else ()))
         self.negative = ElectrodeSymbols(
             "negative", cell.negative, mesh.negative, mesh.sphere, 0, self.p
         )
@@ -82,6 +101,11 @@ class StepModel:
             "positive", cell.positive, mesh.positive, mesh.sphere, -1, self.p
         )
         self.electrolyte = ElectrolyteSymbols(cell.electrolyte, self.layout, self.p)
+        self.ageing = (
+            DegradationSymbols(self.layout, self.negative, self.positive, self.p)
+            if ageing
+            else None
+        )
 
     @property
     def electrodes(self) -> tuple[tuple[str, ElectrodeSymbols], ...]:
@@ -99,27 +123,51 @@ class StepModel:
             modes[: side.layer.size] = low + charge * (high - low)
         state[layout.slice_of("salt")] = values["electrolyte.initial_concentration_mol_m3"]
         state[layout.slice_of("temperature_K")] = temperature_K
+        if self.ageing:
+            film, crack_film = self.ageing.first_films(values)
+            first = {"film": film, "crack_film": crack_film, "left_n": 1.0, "left_p": 1.0}
+            first |= {"crack_m": values["cracking.initial_length_m"]}
+            first |= {"porosity": values["negative.porosity"]}
+            for name, value in first.items():
+                state[layout.slice_of(name)] = value
         return state
 
-    def lithium_mol(
-        self, state: FloatArray, values: Mapping[str, float]
-    ) -> tuple[float, float, float]:
-        """Lithium of one cell [mol]: negative electrode, positive electrode, electrolyte."""
-        solids = []
+    def lithium_mol(self, state: FloatArray, values: Mapping[str, float]) -> dict[str, float]:
+        """Where the lithium of one cell is [mol]."""
+        area, layout = values["area_m2"], self.layout
+
+        def total(name: str, of: str) -> float:
+            span = layout.slice_of(name)
+            nodes = layout.layer(of).size
+            return float(
+                area * values[f"{of}.thickness_m"] * (layout.layer(of).weight @ state[span][:nodes])
+            )
+
+        out = {}
         for key, side in self.electrodes:
             own = {k.partition(".")[2]: v for k, v in values.items() if k.startswith(side.name)}
-            solid_m = own["specific_area_m2_m3"] * own["particle_radius_m"] / 3 * own["thickness_m"]
-            mean = state[self.layout.slice_of(f"modes_{key}")][: side.layer.size]
-            solids.append(own["max_concentration_mol_m3"] * solid_m * side.layer.weight @ mean)
-        salt = state[self.layout.slice_of("salt")]
-        dissolved = sum(
-            values[f"{name}.porosity"]
-            * values[f"{name}.thickness_m"]
-            * (self.layout.layer(name).weight @ salt[span])
-            for name, span in self.layout.layers().items()
-        )
-        area = values["area_m2"]
-        return float(area * solids[0]), float(area * solids[1]), float(area * dissolved)
+            solid = own["specific_area_m2_m3"] * own["particle_radius_m"] / 3
+            mean = state[layout.slice_of(f"modes_{key}")][: side.layer.size]
+            left = state[layout.slice_of(f"left_{key}")] if self.ageing else 1.0
+            held = own["max_concentration_mol_m3"] * solid * area * own["thickness_m"]
+            out[side.name] = float(held * (side.layer.weight @ (mean * left)))
+            if self.ageing:
+                trapped = state[layout.slice_of(f"trapped_{key}")]
+                out[f"trapped_{side.name}"] = float(held * (side.layer.weight @ trapped))
+        salt, dissolved = state[layout.slice_of("salt")], 0.0
+        for name, span in layout.layers().items():
+            porosity = np.array(values[f"{name}.porosity"])
+            if self.ageing and name == "negative":
+                porosity = state[layout.slice_of("porosity")]
+            weight = layout.layer(name).weight * values[f"{name}.thickness_m"]
+            dissolved += float(area * weight @ (porosity * salt[span]))
+        out["electrolyte"] = dissolved
+        if self.ageing:
+            names = {"film": "sei", "crack_film": "sei_on_cracks"} | {
+                k: k for k in ("plated", "dead")
+            }
+            out |= {said: total(name, "negative") for name, said in names.items()}
+        return out
 
     def step(self) -> ca.Function:
         """The kernel: (state, drive, p) -> (next state, OUTPUTS); drive as in DRIVE."""
@@ -144,7 +192,7 @@ class StepModel:
         state, drive = ca.SX.sym("state", self.layout.size), ca.SX.sym("drive", len(DRIVE))
         old = self.layout.split(state)
         area = self.p["area_m2"]
-        drawn_A = area * ca.dot(self.negative.area_per_node(), old["reaction_n"])
+        drawn_A = area * ca.dot(self._area("n", old), self._old_total("n", old))
         guess, surfaces, gains, kept, losses = [old["salt"], old["phi"]], [], [], [], []
         for key, side in self.electrodes:
             modes, reaction = old[f"modes_{key}"], old[f"reaction_{key}"]
@@ -154,7 +202,7 @@ class StepModel:
             kept.append(known)
             losses.append(loss)
             change = side.outward * (drive[1] - drawn_A)
-            guess.append(reaction + change / (area * ca.sum1(side.area_per_node())))
+            guess.append(reaction + change / (area * ca.sum1(self._area(key, old))))
         outputs = [ca.vertcat(*guess), *surfaces, *gains, *kept, *losses]
         return ca.Function("prepare", [state, drive, self.p.vector], outputs)
 
@@ -170,9 +218,10 @@ class StepModel:
             surfaces[0] - gains[0] * z.reaction_n,
             surfaces[1] - gains[1] * z.reaction_p,
         ]
-        phi_s = self._solid_V(z, at_surface, old["temperature_K"])
+        surface = self._surfaces(z, at_surface, old, drive[0])
+        phi_s = [s.phi_s for s in surface]
         order = layout.elimination_order()
-        residual = self._residual(z, phi_s, old, drive)[order]
+        residual = self._residual(z, surface, old, drive)[order]
         jacobian = ca.jacobian(residual, z.vector())[:, order]
         solution = elimination.solve(jacobian, -residual)
         correction = solution[np.argsort(order).tolist()]
@@ -189,34 +238,58 @@ class StepModel:
         enough = ca.Function("enough", inputs, [inputs[1], inputs[0]])
         return ca.Function.if_else("refine", more, enough)
 
-    def _solid_V(self, z: _Unknown, surfaces: list[ca.SX], temperature_K: ca.SX) -> list[ca.SX]:
-        """phi_s at the nodes of both electrodes."""
-        layers = self.layout.layers()
-        return [
-            z.phi[layers[side.name]]
-            + side.potential_V(surface, reaction, z.salt[layers[side.name]], temperature_K)
-            for (_, side), surface, reaction in zip(
-                self.electrodes, surfaces, (z.reaction_n, z.reaction_p), strict=True
-            )
-        ]
+    def _area(self, key: str, old: Mapping[str, ca.SX]) -> ca.SX:
+        """Active surface of each node of an electrode per coated area (n,)."""
+        side = self.negative if key == "n" else self.positive
+        return side.area_per_node(old[f"left_{key}"] if self.ageing else 1.0)
+
+    def _old_total(self, key: str, old: Mapping[str, ca.SX]) -> ca.SX:
+        """Current through the surface at the start of the step (n,) [A/m2]."""
+        return old["total_n"] if self.ageing and key == "n" else old[f"reaction_{key}"]
+
+    def _surfaces(
+        self, z: _Unknown, at_surface: list[ca.SX], old: Mapping[str, ca.SX], step_s: ca.SX
+    ) -> tuple[_Surface, _Surface]:
+        """What happens at the particles of both electrodes at the end of the step."""
+        out = []
+        for (key, side), x, reaction in zip(
+            self.electrodes, at_surface, (z.reaction_n, z.reaction_p), strict=True
+        ):
+            span = self.layout.layers()[side.name]
+            over = side.potential_V(x, reaction, z.salt[span], old["temperature_K"])
+            intercalated = (reaction + old[f"reaction_{key}"]) / 2
+            if self.ageing and key == "n":
+                begun = self.ageing.begin(old, step_s)
+                plated, strip = self.ageing.strip(begun, old, over, z.salt[span], step_s)
+                beside = strip + begun.current_A_m2
+                total = reaction + beside
+                drop = total * begun.resistance_ohm_m2
+                out.append(
+                    _Surface(z.phi[span] + over + drop, total, intercalated + beside, plated)
+                )
+            else:
+                out.append(_Surface(z.phi[span] + over, reaction, intercalated, ca.SX()))
+        return out[0], out[1]
 
     def _residual(
-        self, z: _Unknown, phi_s: list[ca.SX], old: Mapping[str, ca.SX], drive: ca.SX
+        self,
+        z: _Unknown,
+        surfaces: tuple[_Surface, _Surface],
+        old: Mapping[str, ca.SX],
+        drive: ca.SX,
     ) -> ca.SX:
         """All balances, in the order of `_Unknown.vector`."""
         step_s, current_A = drive[0], drive[1]
-        salt, charge = self.electrolyte.balances(
-            z.salt, z.phi, old["salt"], old["temperature_K"], step_s
-        )
-        left_behind = step_s * (1 - self.p["electrolyte.transference"]) / FARADAY_C_mol
+        porosity = self.ageing.begin(old, step_s).porosity if self.ageing else None
+        salt, charge = self.electrolyte.balances(z.salt, z.phi, old, step_s, porosity)
+        t_plus = self.p["electrolyte.transference"]
         solid = []
-        for (key, side), potential, reaction in zip(
-            self.electrodes, phi_s, (z.reaction_n, z.reaction_p), strict=True
-        ):
-            span, area = self.layout.layers()[side.name], side.area_per_node()
-            salt[span] -= left_behind * area * (reaction + old[f"reaction_{key}"]) / 2
-            charge[span] -= area * reaction
-            solid.append(side.solid_charge(potential, reaction, current_A))
+        for (key, side), surface in zip(self.electrodes, surfaces, strict=True):
+            span, area = self.layout.layers()[side.name], self._area(key, old)
+            carried = t_plus * (surface.total + self._old_total(key, old)) / 2
+            salt[span] -= step_s / FARADAY_C_mol * area * (surface.released - carried)
+            charge[span] -= area * surface.total
+            solid.append(side.solid_charge(surface.phi_s, area * surface.total, current_A))
         charge[self.layout.grounded] = z.phi[self.layout.grounded]
         return ca.vertcat(salt, charge, *solid)
 
@@ -234,12 +307,21 @@ class StepModel:
             lost = ca.repmat(losses[-1], side.layer.size // rows, 1)
             modes.append(kept[-1] - lost * ca.repmat(reaction, 1, m))
         surfaces = [ca.sum2(q) for q in modes]
-        phi_s = self._solid_V(z, surfaces, old["temperature_K"])
-        voltage = phi_s[1][-1] - phi_s[0][0]
+        ends = self._surfaces(z, surfaces, old, drive[0])
+        voltage = ends[1].phi_s[-1] - ends[0].phi_s[0]
         enthalpy, heat, temperature = self._heat(z, surfaces, voltage, old, drive)
         following = ca.vertcat(
             *(ca.vec(q) for q in modes), z.vector(), enthalpy, voltage, temperature
         )
+        if self.ageing:  # what Newton left of the nonlinear side reactions goes where it belongs
+            area = self.p["area_m2"] * self._area("n", old)
+            missing_A = drive[1] - ca.dot(area, ends[0].total)
+            whole = replace(ends[0], total=ends[0].total + missing_A / ca.sum1(area))
+            ends = (whole, ends[1])
+            row = self._residual(z, ends, old, drive)[: layout.nodes]
+            pores = self.electrolyte.pores_m(self.ageing.begin(old, drive[0]).porosity)
+            following[layout.slice_of("salt")] -= row / pores
+            following = self._aged(following, ends[0], modes, old, drive[0])
         x = ca.vertcat(*surfaces)
         mean = ca.dot(ca.DM(self.negative.layer.weight), modes[0][:, 0])
         outputs = ca.vertcat(
@@ -247,6 +329,25 @@ class StepModel:
         )
         inputs = [z.vector(), *kept, *losses, state, drive, self.p.vector]
         return ca.Function("finish", inputs, [following, outputs])
+
+    def _aged(
+        self,
+        following: ca.SX,
+        negative: _Surface,
+        modes: list[ca.SX],
+        old: Mapping[str, ca.SX],
+        step_s: ca.SX,
+    ) -> ca.SX:
+        """The next state with its ageing part; lost surface leaves a node's current as it was."""
+        assert self.ageing is not None
+        begun = self.ageing.begin(old, step_s)
+        parts = dict(zip(("n", "p"), modes, strict=True))
+        aged = self.ageing.end(begun, old, parts, negative.plated, step_s)
+        aged["total_n"] = negative.total * old["left_n"] / aged["left_n"]
+        for key in ("n", "p"):
+            span = self.layout.slice_of(f"reaction_{key}")
+            following[span] *= old[f"left_{key}"] / aged[f"left_{key}"]
+        return ca.vertcat(following, *(aged[name] for name in self.layout.ageing_sizes()))
 
     def _heat(
         self, z: _Unknown, surfaces: list[ca.SX], voltage: ca.SX, old: Mapping[str, ca.SX],
@@ -261,10 +362,11 @@ class StepModel:
                 for (_, side), surface in zip(self.electrodes, surfaces, strict=True)
             )
         )
-        areas = self.p["area_m2"] * ca.vertcat(*(s.area_per_node() for _, s in self.electrodes))
+        areas = self.p["area_m2"] * ca.vertcat(*(self._area(k, old) for k, _ in self.electrodes))
         before_A = areas * ca.vertcat(old["reaction_n"], old["reaction_p"])
         after_A = areas * ca.vertcat(z.reaction_n, z.reaction_p)
-        drawn_A = ca.sum1(before_A[: self.negative.layer.size])
+        n = self.negative.layer.size
+        drawn_A = ca.dot(areas[:n], self._old_total("n", old))
         mean_W = self_heating.mean_released_W(
             (before_A, after_A), (old["enthalpy_V"], enthalpy), (drawn_A, current_A),
             (old["voltage_V"], voltage),

@@ -141,6 +141,7 @@ def solution(status: Status = Status.DONE, samples: int = T.size) -> Solution:
         heat_W=0.03 * i**2,
         audit=LithiumAudit(
             negative_mol=mol,
+            lost_mol={},
             positive_mol=mol[::-1],
             electrolyte_mol=np.array([0.01, 0.01]),
             relative_error=-2e-15,

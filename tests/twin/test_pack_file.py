@@ -4,6 +4,7 @@ from pathlib import Path
 
 import pytest
 
+from twin.effects import EFFECTS, chosen
 from twin.pack_file import PackFileError, cell_reference, effect_ids, parse_pack_file
 
 PACK = '[pack]\nname = "S500"\ncell = "cell.bpx.json"\nseries = 4\n'
@@ -66,9 +67,17 @@ def test_a_bad_file_is_refused_by_name_and_key(text: str, said: str) -> None:
 
 
 def test_an_effect_this_version_lacks_is_refused_rather_than_ignored() -> None:
-    file = parse_pack_file(PACK + '[twin]\nphysics = ["plating"]\n', name="pack.toml")
-    with pytest.raises(PackFileError, match="no effect 'plating'; it has self_heating"):
+    file = parse_pack_file(PACK + '[twin]\nphysics = ["memory"]\n', name="pack.toml")
+    with pytest.raises(PackFileError, match="no effect 'memory'; it has self_heating, sei"):
         effect_ids(file)
+
+
+def test_every_effect_can_be_switched_on_and_none_but_heating_is_by_itself() -> None:
+    listed = ", ".join(f'"{name}"' for name in EFFECTS)
+    file = parse_pack_file(PACK + f"[twin]\nphysics = [{listed}]\n", name="pack.toml")
+    assert effect_ids(file) == tuple(EFFECTS)
+    assert [e.id for e in chosen(effect_ids(file), heat_transfer_W_m2_K=9.0)] == list(EFFECTS)
+    assert effect_ids(parse_pack_file(PACK, name="pack.toml")) == ("self_heating",)
 
 
 def test_no_effects_is_a_choice_too() -> None:

@@ -1,8 +1,55 @@
 """Physical effects, one file each."""
 
+from collections.abc import Iterable
+
+from twin.effects.active_material_loss import ActiveMaterialLoss
+from twin.effects.cracking import Cracking
+from twin.effects.mechanics import Mechanics
+from twin.effects.plating import Plating
+from twin.effects.porosity_change import PorosityChange
+from twin.effects.sei import Sei
+from twin.effects.sei_on_cracks import SeiOnCracks
 from twin.effects.self_heating import SelfHeating
 
-EFFECTS = {SelfHeating.id: SelfHeating}
+Ageing = Sei | SeiOnCracks | Plating | Cracking | ActiveMaterialLoss | PorosityChange
+AnyEffect = SelfHeating | Ageing
+
+AGEING: tuple[type[Ageing], ...] = (
+    Sei,
+    SeiOnCracks,
+    Plating,
+    Cracking,
+    ActiveMaterialLoss,
+    PorosityChange,
+)
+"""Those that change the cell for good; one kernel holds them all, strengths being inputs."""
+
+EFFECTS: dict[str, type[AnyEffect]] = {e.id: e for e in (SelfHeating, *AGEING)}
 """Id -> effect, for everything that can be switched on."""
 
-__all__ = ["EFFECTS", "SelfHeating"]
+
+def chosen(ids: Iterable[str], *, heat_transfer_W_m2_K: float) -> tuple[AnyEffect, ...]:
+    """The effects of these ids with their defaults; KeyError for an id that is not in EFFECTS."""
+    return tuple(
+        SelfHeating(heat_transfer_W_m2_K=heat_transfer_W_m2_K)
+        if EFFECTS[name] is SelfHeating
+        else EFFECTS[name]()
+        for name in ids
+    )
+
+
+__all__ = [
+    "AGEING",
+    "EFFECTS",
+    "ActiveMaterialLoss",
+    "Ageing",
+    "AnyEffect",
+    "Cracking",
+    "Mechanics",
+    "Plating",
+    "PorosityChange",
+    "Sei",
+    "SeiOnCracks",
+    "SelfHeating",
+    "chosen",
+]

@@ -1,0 +1,69 @@
+"""Lithium plating on graphite, partly reversible; what is cut off from the electrode is dead."""
+
+from dataclasses import dataclass
+from typing import ClassVar
+
+import casadi as ca
+
+from twin.constants import FARADAY_C_mol, GAS_J_mol_K
+from twin.effects.effect import Parameter
+
+STRIPPING, PLATING = 0.35, 0.65  # transfer coefficients
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Plating:
+    """i = F k (c_Li exp(0.35 F eta / RT) - c_e exp(-0.65 F eta / RT)), dead lithium by decay."""
+
+    strength: float = 1.0
+    rate_constant_m_s: float = 1e-9
+    decay_1_s: float = 1e-6
+    molar_volume_m3_mol: float = 1.3e-5
+
+    id: ClassVar[str] = "plating"
+    parameters: ClassVar[tuple[Parameter, ...]] = (
+        Parameter(
+            name="rate_constant_m_s", unit="m/s", value=1e-9, lower=1e-13, upper=1e-7,
+            prior_std=1e-9,
+        ),
+        Parameter(
+            name="decay_1_s", unit="1/s", value=1e-6, lower=0.0, upper=1e-3, prior_std=1e-6
+        ),
+    )  # fmt: skip
+    equation: ClassVar[str] = (
+        r"i = Fk\left(c_\mathrm{Li}e^{0.35F\eta/RT} - c_e e^{-0.65F\eta/RT}\right),\quad"
+        r"\dot c_\mathrm{dead} = \gamma_0 \frac{L_0}{L} c_\mathrm{Li}"
+    )
+    source: ClassVar[str] = (
+        "O'Kane et al., J. Electrochem. Soc. 167, 090540 (2020), doi:10.1149/1945-7111/ab90ac; "
+        "O'Kane et al. (2022), doi:10.1039/d2cp00417h"
+    )
+    signature: ClassVar[str] = "a plateau on the voltage at rest after charging, most when cold"
+
+
+def rates(
+    mobility_1_s: ca.SX, salt: ca.SX, potential_V: ca.SX, temperature_K: ca.SX
+) -> tuple[ca.SX, ca.SX]:
+    """Stripping per plated lithium (n,) [1/s] and plating (n,) [mol/m3/s].
+
+    Args:
+        mobility_1_s: (n,) rate constant times surface per volume.
+        salt: (n,) concentration [mol/m3].
+        potential_V: (n,) phi_s - phi_e less the film's loss.
+        temperature_K: () of the cell.
+    """
+    scaled = FARADAY_C_mol * potential_V / (GAS_J_mol_K * temperature_K)
+    stripping = mobility_1_s * ca.exp(STRIPPING * scaled)
+    return stripping, mobility_1_s * salt * ca.exp(-PLATING * scaled)
+
+
+def plated(
+    amount: ca.SX, stripping: ca.SX, plating: ca.SX, decay_1_s: ca.SX, step_s: ca.SX
+) -> tuple[ca.SX, ca.SX]:
+    """Plated lithium after a step (n,), and oxidised per time (n,) [mol/m3/s], < 0 while plating.
+
+    Backward Euler; `stripping` and `plating` as of `rates`, at the end of the step; step_s may be
+    0. What decays is dead, step_s * decay_1_s * amount after the step.
+    """
+    after = (amount + step_s * plating) / (1 + step_s * (stripping + decay_1_s))
+    return after, stripping * after - plating

@@ -1,0 +1,70 @@
+"""Solid-electrolyte interphase that grows as solvent diffuses through it."""
+
+from dataclasses import dataclass
+from typing import ClassVar
+
+import casadi as ca
+
+from twin.effects.effect import Parameter
+
+JUMP_s = 1.0
+"""A step of no length asks for a current, not for growth: that of the coming second. On a fresh
+crack (1e-13 m) the instantaneous one is amperes for a millisecond."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Sei:
+    """i = -F c_sol D_sol / L: thickness**2 grows in proportion to time.
+
+    The film also resists: phi_s - phi_e = U + eta + (current through it) * resistivity * L.
+    """
+
+    strength: float = 1.0
+    solvent_diffusivity_m2_s: float = 2.5e-22
+    solvent_concentration_mol_m3: float = 2636.0
+    activation_J_mol: float = 38000.0
+    molar_volume_m3_mol: float = 9.585e-5
+    resistivity_ohm_m: float = 2e5
+    initial_thickness_m: float = 5e-9
+
+    id: ClassVar[str] = "sei"
+    parameters: ClassVar[tuple[Parameter, ...]] = (
+        Parameter(
+            name="solvent_diffusivity_m2_s", unit="m2/s", value=2.5e-22, lower=1e-24, upper=1e-19,
+            prior_std=2.5e-22,
+        ),
+        Parameter(
+            name="initial_thickness_m", unit="m", value=5e-9, lower=1e-9, upper=5e-7,
+            prior_std=5e-9,
+        ),
+    )  # fmt: skip
+    equation: ClassVar[str] = r"\dot L = \bar V c_\mathrm{sol} D_\mathrm{sol} / L"
+    source: ClassVar[str] = (
+        "O'Kane et al., Phys. Chem. Chem. Phys. 24, 7909 (2022), doi:10.1039/d2cp00417h; "
+        "Single, Latz, Horstmann, ChemSusChem 11, 1950 (2018), doi:10.1002/cssc.201800077"
+    )
+    signature: ClassVar[str] = (
+        "lithium is lost with the square root of time, faster when warm, whatever is drawn"
+    )
+
+
+def grown(
+    amount: ca.SX, area_m2_m3: ca.SX, permeability: ca.SX, molar_volume: ca.SX, step_s: ca.SX
+) -> tuple[ca.SX, ca.SX]:
+    """Film after a step and the rate at which it grew, exact for any step.
+
+    Args:
+        amount: (n,) film [mol per m3 of electrode].
+        area_m2_m3: (n,) surface it covers.
+        permeability: () c_sol D_sol at temperature [mol/m/s].
+        molar_volume: () of the film [m3/mol].
+        step_s: () may be 0.
+
+    Returns:
+        (n,) amount after the step and (n,) mean rate [mol/m3/s], of one lithium a molecule. The law
+        is d(amount)/dt = area**2 permeability / (molar_volume amount): the square grows steadily.
+    """
+    slope = permeability * area_m2_m3**2 / molar_volume
+    after = ca.sqrt(amount**2 + 2 * slope * step_s)
+    averaged_s = ca.if_else(step_s > 0, step_s, JUMP_s)
+    return after, 2 * slope / (ca.sqrt(amount**2 + 2 * slope * averaged_s) + amount)
