@@ -3,7 +3,7 @@
 from dataclasses import dataclass
 
 from twin.cell import Cell
-from twin.effects import AGEING, AnyEffect, Mechanics
+from twin.effects import AGEING, AnyEffect, FilmResistance, Mechanics, SeriesResistance
 from twin.parameters import ageing_parameters, cell_parameters
 
 OKANE_2022 = Mechanics()
@@ -68,6 +68,13 @@ class Pack:
         values["area_m2"] *= self.scale
         values["heat_capacity_J_K"] *= self.scale
         values["cooling_area_m2"] *= self.scale ** (2 / 3)
+        for effect in self.effects:
+            if isinstance(effect, SeriesResistance):  # of the pack, shared out to its cells
+                share = self.parallel / self.series
+                values["series_resistance_ohm"] += effect.resistance_ohm * share
+            if isinstance(effect, FilmResistance):
+                values["negative.film_ohm_m2"] += effect.negative_ohm_m2
+                values["positive.film_ohm_m2"] += effect.positive_ohm_m2
         return values | (ageing_parameters(self.effects, self.mechanics) if self.ages else {})
 
     @property

@@ -35,7 +35,8 @@ def cell_parameters(cell: Cell) -> dict[str, float]:
 
     Every number of `Cell` that enters the equations. Functions (potentials, conductivity,
     diffusivity) are part of the kernel and have a factor here, 1 as given:
-    `negative.diffusivity_factor`, `electrolyte.conductivity_factor`, ...
+    `negative.diffusivity_factor`, `electrolyte.conductivity_factor`, ... Resistances that a cell
+    does not have by itself are 0.
     """
     out: dict[str, float] = {name: getattr(cell, name) for name in SCALARS_OF_CELL}
     for part in ("negative", "separator", "positive", "electrolyte"):
@@ -44,10 +45,12 @@ def cell_parameters(cell: Cell) -> dict[str, float]:
             value = getattr(owner, f.name)
             if not callable(value):
                 out[f"{part}.{f.name}"] = float(value)
-    for name in ("negative.diffusivity", "positive.diffusivity"):
-        out[f"{name}_factor"] = 1.0
+    for side in ("negative", "positive"):
+        out[f"{side}.diffusivity_factor"] = 1.0
+        out[f"{side}.film_ohm_m2"] = 0.0
     for name in ("electrolyte.conductivity", "electrolyte.diffusivity"):
         out[f"{name}_factor"] = 1.0
+    out["series_resistance_ohm"] = 0.0
     return out
 
 

@@ -263,12 +263,13 @@ class StepModel:
                 plated, strip = self.ageing.strip(begun, old, over, z.salt[span], step_s)
                 beside = strip + begun.current_A_m2
                 total = reaction + beside
-                drop = total * begun.resistance_ohm_m2
+                drop = total * (begun.resistance_ohm_m2 + side("film_ohm_m2"))
                 out.append(
                     _Surface(z.phi[span] + over + drop, total, intercalated + beside, plated)
                 )
             else:
-                out.append(_Surface(z.phi[span] + over, reaction, intercalated, ca.SX()))
+                drop = reaction * side("film_ohm_m2")
+                out.append(_Surface(z.phi[span] + over + drop, reaction, intercalated, ca.SX()))
         return out[0], out[1]
 
     def _residual(
@@ -308,7 +309,7 @@ class StepModel:
             modes.append(kept[-1] - lost * ca.repmat(reaction, 1, m))
         surfaces = [ca.sum2(q) for q in modes]
         ends = self._surfaces(z, surfaces, old, drive[0])
-        voltage = ends[1].phi_s[-1] - ends[0].phi_s[0]
+        voltage = ends[1].phi_s[-1] - ends[0].phi_s[0] - self.p["series_resistance_ohm"] * drive[1]
         enthalpy, heat, temperature = self._heat(z, surfaces, voltage, old, drive)
         following = ca.vertcat(
             *(ca.vec(q) for q in modes), z.vector(), enthalpy, voltage, temperature

@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 
 from twin.builtin import load_cell
 from twin.cell import Cell
-from twin.effects.self_heating import SelfHeating
+from twin.effects import FilmResistance, SelfHeating, SeriesResistance
 from twin.load import Between, Load
 from twin.mesh import electrode_mesh
 from twin.pack import Pack, PackError
@@ -214,3 +214,36 @@ def test_pieces_carry_the_charge_of_the_load(
 def test_an_impossible_pack_is_refused_by_name(m50: Cell, field: str, value: float) -> None:
     with pytest.raises(PackError, match=field):
         Pack(cell=m50, **{field: value})
+
+
+def test_a_series_resistance_takes_its_share_at_once_and_warms_the_pack(m50: Cell) -> None:
+    load, ohm = flight(20.0), 0.03
+    bare = Pack(cell=m50, series=4, parallel=2)
+    leads = Pack(cell=m50, series=4, parallel=2, effects=(SeriesResistance(resistance_ohm=ohm),))
+    without, with_ = simulate(bare, load), simulate(leads, load)
+    drop_V = ohm * load.current_A
+    assert without.voltage_V - with_.voltage_V == pytest.approx(drop_V, abs=1e-9)
+    assert with_.heat_W - without.heat_W == pytest.approx(drop_V * load.current_A, abs=1e-6)
+
+
+def test_a_film_on_both_electrodes_costs_what_ohm_says_where_the_reaction_is_even(
+    m50: Cell,
+) -> None:
+    film = FilmResistance(negative_ohm_m2=5e-3, positive_ohm_m2=2e-3)
+    load = constant(0.5, 5.0)
+    bare = simulate(Pack(cell=m50), load)
+    filmed = simulate(Pack(cell=m50, effects=(film,)), load)
+    expected = 0.0
+    for side, ohm_m2 in ((m50.negative, 5e-3), (m50.positive, 2e-3)):
+        surface_m2 = side.specific_area_m2_m3 * side.thickness_m * m50.area_m2
+        expected += 0.5 / surface_m2 * ohm_m2
+    assert bare.voltage_V[-1] - filmed.voltage_V[-1] == pytest.approx(expected, rel=0.02)
+
+
+@pytest.mark.parametrize("effect", [SeriesResistance(), FilmResistance()], ids=lambda e: e.id)
+def test_no_resistance_is_absence(m50: Cell, effect: SeriesResistance | FilmResistance) -> None:
+    load = flight(20.0)
+    assert np.array_equal(
+        simulate(Pack(cell=m50, effects=(effect,)), load).voltage_V,
+        simulate(Pack(cell=m50), load).voltage_V,
+    )

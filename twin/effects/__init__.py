@@ -4,15 +4,17 @@ from collections.abc import Iterable
 
 from twin.effects.active_material_loss import ActiveMaterialLoss
 from twin.effects.cracking import Cracking
+from twin.effects.film_resistance import FilmResistance
 from twin.effects.mechanics import Mechanics
 from twin.effects.plating import Plating
 from twin.effects.porosity_change import PorosityChange
 from twin.effects.sei import Sei
 from twin.effects.sei_on_cracks import SeiOnCracks
 from twin.effects.self_heating import SelfHeating
+from twin.effects.series_resistance import SeriesResistance
 
 Ageing = Sei | SeiOnCracks | Plating | Cracking | ActiveMaterialLoss | PorosityChange
-AnyEffect = SelfHeating | Ageing
+AnyEffect = SelfHeating | SeriesResistance | FilmResistance | Ageing
 
 AGEING: tuple[type[Ageing], ...] = (
     Sei,
@@ -24,8 +26,9 @@ AGEING: tuple[type[Ageing], ...] = (
 )
 """Those that change the cell for good; one kernel holds them all, strengths being inputs."""
 
-EFFECTS: dict[str, type[AnyEffect]] = {e.id: e for e in (SelfHeating, *AGEING)}
-"""Id -> effect, for everything that can be switched on."""
+EFFECTS: dict[str, type[SelfHeating] | type[Ageing]] = {e.id: e for e in (SelfHeating, *AGEING)}
+"""Id -> effect, for all that a pack file can switch on; a resistance is nothing without its number,
+so `SeriesResistance` and `FilmResistance` are given to `Pack` as objects."""
 
 
 def chosen(ids: Iterable[str], *, heat_transfer_W_m2_K: float) -> tuple[AnyEffect, ...]:
@@ -45,11 +48,13 @@ __all__ = [
     "Ageing",
     "AnyEffect",
     "Cracking",
+    "FilmResistance",
     "Mechanics",
     "Plating",
     "PorosityChange",
     "Sei",
     "SeiOnCracks",
     "SelfHeating",
+    "SeriesResistance",
     "chosen",
 ]
