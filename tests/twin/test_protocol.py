@@ -11,6 +11,7 @@ import pytest
 from tests.reference.loads import LOADS
 from twin.builtin import load_cell
 from twin.cell import Cell, Electrode
+from twin.effects import EFFECTS, chosen
 from twin.effects.self_heating import SelfHeating
 from twin.load import Between, Load
 from twin.mesh import electrode_mesh
@@ -99,6 +100,17 @@ def test_lithium_moved_is_the_integral_of_the_current_through_every_kind_of_step
     assert drawn_C == pytest.approx(sum(s.charge_C for s in result.steps), abs=1e-8)
     assert abs(result.audit.charge_error_C) < 1e-11 * fly.charge_C()
     assert abs(result.audit.relative_error) < 1e-13
+
+
+def test_an_ageing_cell_keeps_its_lithium_through_flight_charge_and_rest(lipo: Cell) -> None:
+    """Films narrow the pores within a step, so its extrapolated salt must be what there is."""
+    pack = Pack(cell=lipo, effects=chosen(EFFECTS, heat_transfer_W_m2_K=10.0))
+    steps = (follow("lipo_2200"), *charge_cc_cv(pack), Rest(duration_s=3600.0))
+    result = run(pack, steps * 2).require()
+    lost_mol = {name: end - start for name, (start, end) in result.audit.lost_mol.items()}
+    assert all(mol > 0 for mol in lost_mol.values())
+    assert abs(result.audit.relative_error) < 1e-13
+    assert abs(result.audit.charge_error_C) < 1e-8
 
 
 def test_times_run_on_from_step_to_step(lipo: Cell) -> None:
