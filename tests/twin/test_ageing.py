@@ -17,12 +17,14 @@ from twin.effects import (
     Sei,
     SeiOnCracks,
     SelfHeating,
+    StressEnhancedDiffusion,
     active_material_loss,
     cracking,
     mechanics,
     plating,
     sei,
 )
+from twin.effects.stress_enhanced_diffusion import enhancement
 from twin.load import Between, Load
 from twin.pack import Pack
 from twin.simulate import simulate
