@@ -5,6 +5,7 @@ jumps). The kernel takes many pieces a call; this file looks at what came back, 
 converge, and locates where a limit was reached.
 """
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import lru_cache
 
@@ -83,7 +84,7 @@ def cut_into_pieces(load: Load, divisor: float) -> Pieces:
 
 
 @lru_cache(maxsize=16)
-def _built(
+def built(
     cell: Cell, mesh: Mesh, backend: Backend, *, ageing: bool, stressed: bool
 ) -> tuple[StepModel, ca.Function, ca.Function]:
     """Model, kernel of one piece, kernel of CHUNK pieces."""
@@ -140,22 +141,29 @@ NEARLY_DEPLETED = 50.0  # times the floor: Newton may fail a little before the f
 NEARLY_EMPTY = 1e4  # likewise: a stoichiometry within 1 % of its end
 
 
+def surroundings(pack: Pack, ambient_K: float) -> FloatArray:
+    """The last three of the kernel's drive."""
+    heating = next((e for e in pack.effects if isinstance(e, SelfHeating)), None)
+    transfer = heating.heat_transfer_W_m2_K if heating else 0.0
+    return np.array([ambient_K, transfer, float(heating is not None)])
+
+
 class _Run:
     """One simulation while it goes on; `rows` collects the outputs of accepted pieces."""
 
-    def __init__(self, pack: Pack, load: Load, mesh: Mesh, backend: Backend) -> None:
-        self.model, self._one, self._many = _built(
+    def __init__(
+        self, pack: Pack, load: Load, mesh: Mesh, backend: Backend, state: FloatArray | None
+    ) -> None:
+        self.model, self._one, self._many = built(
             pack.cell, mesh, backend, ageing=pack.ages, stressed=pack.stressed
         )
         self.values = pack.cell_parameters()
         self._p = vector(self.values)
-        self.initial = self.model.initial_state(pack.initial_soc, pack.initial_K, self.values)
-        self.state = self.initial
+        fresh = self.model.initial_state(pack.initial_soc, pack.initial_K, self.values)
+        self.initial = self.state = fresh if state is None else state
         self.pieces = cut_into_pieces(load, pack.parallel)
         self._limits = Limits(pack.cell.lower_cut_off_V, pack.cell.upper_cut_off_V)
-        heating = next((e for e in pack.effects if isinstance(e, SelfHeating)), None)
-        transfer = heating.heat_transfer_W_m2_K if heating else 0.0
-        self._tail = np.array([load.ambient_K, transfer, float(heating is not None)])
+        self._tail = surroundings(pack, load.ambient_K)
         self.rows: list[FloatArray] = []
         self.charge_C = self.elapsed_s = 0.0
         self.retried = 0
@@ -224,14 +232,22 @@ class _Run:
 
 
 def simulate(
-    pack: Pack, load: Load, *, mesh: Mesh = DEFAULT_MESH, backend: Backend = Backend.AUTO
+    pack: Pack,
+    load: Load,
+    *,
+    mesh: Mesh = DEFAULT_MESH,
+    backend: Backend = Backend.AUTO,
+    state: FloatArray | None = None,
 ) -> Solution:
     """The response of `pack` to `load` (pack current, discharge positive).
+
+    `state` continues where another solution of this pack on this mesh ended (its `end_state`);
+    None starts at rest as the pack says.
 
     Never raises for what the load asks: a limit that is reached ends the solution with a status
     and everything up to there.
     """
-    run = _Run(pack, load, mesh, backend)
+    run = _Run(pack, load, mesh, backend, state)
     run.run()
     out = np.hstack(run.rows) if run.rows else np.zeros((len(OUTPUTS), 0))
     sample = run.pieces.sample[: out.shape[1]]
@@ -250,17 +266,24 @@ def simulate(
         temperature_K=out[COLUMN["temperature_K"]],
         soc=(out[COLUMN["negative_mean"]] - low) / (high - low),
         heat_W=out[COLUMN["heat_W"]] * pack.series * pack.parallel,
-        audit=_audit(run),
+        audit=audit(run.model, run.values, (run.initial, run.state), run.charge_C),
         status=run.status,
         stopped_s=float(load.time_s[0]) + run.elapsed_s,
         steps=sum(r.shape[1] for r in run.rows) + run.retried,
         retried_steps=run.retried,
+        charge_C=run.charge_C * pack.parallel,
+        end_state=run.state,
     )
 
 
-def _audit(run: _Run) -> LithiumAudit:
-    """Lithium of one cell at the start and where the run ended, from the states themselves."""
-    start, end = (run.model.lithium_mol(s, run.values) for s in (run.initial, run.state))
+def audit(
+    model: StepModel,
+    values: Mapping[str, float],
+    states: tuple[FloatArray, FloatArray],
+    charge_C: float,
+) -> LithiumAudit:
+    """Lithium of one cell in its first and last state, `charge_C` drawn between them."""
+    start, end = (model.lithium_mol(s, values) for s in states)
     total = sum(start.values()), sum(end.values())
     taken = {k: end[k] - start[k] for k in ("positive", "trapped_positive") if k in end}
     moved = {name: np.array([start[name], end[name]]) for name in start}
@@ -270,5 +293,5 @@ def _audit(run: _Run) -> LithiumAudit:
         electrolyte_mol=moved.pop("electrolyte"),
         lost_mol=moved,
         relative_error=(total[1] - total[0]) / total[0],
-        charge_error_C=run.charge_C - FARADAY_C_mol * sum(taken.values()),
+        charge_error_C=charge_C - FARADAY_C_mol * sum(taken.values()),
     )

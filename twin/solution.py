@@ -74,6 +74,8 @@ class Solution:
         stopped_s: time at which it ended, located inside the sample if it ended early.
         steps: time steps taken, sub-steps included.
         retried_steps: sub-steps that replaced a step which had not converged.
+        charge_C: drawn from the pack up to where it ended.
+        end_state: the kernel's state of one cell there; `simulate(..., state=)` continues from it.
     """
 
     time_s: FloatArray
@@ -87,6 +89,8 @@ class Solution:
     stopped_s: float
     steps: int
     retried_steps: int
+    charge_C: float
+    end_state: FloatArray
 
     def require(self) -> "Solution":
         """This solution if the whole load was simulated, else SimulationStopped with the reason."""

@@ -18,6 +18,17 @@ CRACKS = {
     "particle mechanics": ("swelling and cracking", "none"),
     "stress-induced diffusion": ("false", "false"),
 }
+ALL = {
+    "SEI": "solvent-diffusion limited",
+    "SEI film resistance": "distributed",
+    "SEI porosity change": "true",
+    "lithium plating": "partially reversible",
+    "lithium plating porosity change": "true",
+    "particle mechanics": ("swelling and cracking", "swelling only"),
+    "SEI on cracks": "true",
+    "loss of active material": "stress-driven",
+    "stress-induced diffusion": ("false", "false"),
+}
 EFFECTS: Mapping[str, Mapping[str, Any]] = {
     "sei": SEI,
     "film": SEI | {"SEI film resistance": "distributed"},
@@ -33,17 +44,13 @@ EFFECTS: Mapping[str, Mapping[str, Any]] = {
         "loss of active material": "stress-driven",
         "stress-induced diffusion": ("false", "false"),
     },
-    "all": {
-        "SEI": "solvent-diffusion limited",
-        "SEI film resistance": "distributed",
-        "SEI porosity change": "true",
-        "lithium plating": "partially reversible",
-        "lithium plating porosity change": "true",
-        "particle mechanics": ("swelling and cracking", "swelling only"),
-        "SEI on cracks": "true",
-        "loss of active material": "stress-driven",
-        "stress-induced diffusion": ("false", "false"),
+    "all": ALL,
+    "negative": ALL
+    | {
+        "particle mechanics": ("swelling and cracking", "none"),
+        "loss of active material": ("stress-driven", "none"),
     },
+    "stress_diffusion": ALL | {"stress-induced diffusion": ("true", "true")},
 }
 """What is switched on, by the name it has in the cases; PyBaMM's options for it."""
 

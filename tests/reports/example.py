@@ -151,6 +151,8 @@ def solution(status: Status = Status.DONE, samples: int = T.size) -> Solution:
         stopped_s=float(T[samples - 1]) if status is Status.DONE else max(samples * 0.2 - 0.1, 0.0),
         steps=samples,
         retried_steps=0,
+        charge_C=float(np.sum(i) * 0.2),
+        end_state=np.zeros(1),
     )
 
 

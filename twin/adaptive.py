@@ -1,0 +1,232 @@
+"""Steps of the kernel whose length is chosen by their error, up to an event.
+
+Every step is made once whole and once in two halves. The difference is the error of the whole: that
+of salt diffusion (backward Euler) as much as that of the reactions (straight over a step). The
+halves are kept, their salt extrapolated (2 halves - whole, which is of second order), and a step of
+length 0 makes potentials and reactions fit it. Source: Hairer, Norsett, Wanner, Solving Ordinary
+Differential Equations I (Springer 1993), section II.4.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from twin.kernel import Backend
+from twin.mesh import Mesh
+from twin.pack import Pack
+from twin.parameters import vector
+from twin.simulate import COLUMN, Limits, built, surroundings
+from twin.solution import Status
+from twin.step import CONVERGED_V, OUTPUTS
+
+FloatArray = npt.NDArray[np.float64]
+
+FIRST_S = 0.1  # after a jump of the current
+SHORTEST_S = 1e-4  # a step that fails although this short ends the protocol
+LONGEST_S = 300.0
+EVENT_V = 2e-6  # an event is located when it is missed by no more than this,
+EVENT_S = 1e-3  # or known to within this
+HELD_V = 2e-7  # a voltage is held to this
+SMALLEST_JUMP = 1e-3  # of a whole one that cannot be solved
+MAX_TRIES = 12
+SAFETY, SHRINK, GROW = 0.9, 0.2, 3.0
+
+WEIGHT_V = {"salt": 0.05, "modes_n": 1.0, "modes_p": 1.0, "temperature_K": 5e-3}
+"""What an error of the state is worth as a voltage. Salt, relative to the mean: 2 R T / F, of
+diffusion potential and kinetics. Stoichiometry: slopes of open-circuit potentials are 1 V and less
+but at their ends. Temperature: 0.1 V of overpotential that changes by 5 % per kelvin."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Point:
+    """One cell at a moment.
+
+    Attributes:
+        state: the kernel's.
+        out: (OUTPUTS,) there.
+        current_A: of the cell, discharge positive.
+    """
+
+    state: FloatArray
+    out: FloatArray
+    current_A: float
+
+    @property
+    def voltage_V(self) -> float:
+        """At the terminals."""
+        return float(self.out[COLUMN["voltage_V"]])
+
+
+Move = Callable[[Point, float, float], Point]
+"""(where, for how long [s], about which current it ends at [A]) -> where that leads; not solved if
+`correction_V` says so."""
+
+Goal = Callable[[Point], float]
+"""How far an event is passed [V]; it has come at 0 and above."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Attempt:
+    """A step in two halves; `good`: all of it was solved, within salt and stoichiometry."""
+
+    middle: Point
+    end: Point
+    error_V: float
+    good: bool
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Stretch:
+    """Accepted points, the first being the start; `length_s` (points - 1,) lies between them."""
+
+    points: list[Point]
+    length_s: list[float]
+    status: Status
+    came: bool
+
+    def charge_C(self) -> float:
+        """Drawn from the cell: the current runs straight from point to point."""
+        current = np.array([p.current_A for p in self.points])
+        return float(np.dot(self.length_s, current[:-1] + current[1:]) / 2)
+
+
+class Stepper:
+    """One cell of a pack in given surroundings; counts its kernel steps."""
+
+    def __init__(
+        self, pack: Pack, ambient_K: float, tolerance_V: float, mesh: Mesh, backend: Backend
+    ) -> None:
+        self.model, self._kernel, _ = built(
+            pack.cell, mesh, backend, ageing=pack.ages, stressed=pack.stressed
+        )
+        self.values = pack.cell_parameters()
+        self.limits = Limits(pack.cell.lower_cut_off_V, pack.cell.upper_cut_off_V)
+        self.steps = 0
+        self._p, self._tail = vector(self.values), surroundings(pack, ambient_K)
+        self._tolerance_V = tolerance_V
+        rate_A = self.values["area_m2"] / pack.cell.area_m2 * pack.cell.nominal_capacity_C / 3600
+        self.slope_V_A = -0.05 / rate_A  # of voltage over current; corrected as voltages are held
+
+    def move(self, state: FloatArray, step_s: float, current_A: float) -> Point:
+        """One kernel step, the current running straight to `current_A`."""
+        self.steps += 1
+        following, out = self._kernel(state, np.array([step_s, current_A, *self._tail]), self._p)
+        return Point(following.full().ravel(), out.full().ravel(), current_A)
+
+    def jump(self, state: FloatArray, from_A: float, to_A: float) -> Point:
+        """The current changes at once; in smaller jumps where the whole one cannot be solved."""
+        share, size = 0.0, 1.0
+        while True:
+            goal = min(share + size, 1.0)
+            point = self.move(state, 0.0, from_A + goal * (to_A - from_A))
+            if self._solved(point):
+                state, share, size = point.state, goal, 2 * size
+            else:
+                size /= 2
+            if share == 1.0 or size < SMALLEST_JUMP:
+                return point
+
+    def hold(self, start: Point, step_s: float, about_A: float, voltage_V: float) -> Point:
+        """One step at whose end the voltage is `voltage_V`: secants in the current."""
+        current_A, last = about_A, None
+        for _ in range(MAX_TRIES):
+            point = self.move(start.state, step_s, current_A)
+            if not self._solved(point) or abs(point.voltage_V - voltage_V) <= HELD_V:
+                return point
+            if last is not None:
+                slope = (point.voltage_V - last.voltage_V) / (current_A - last.current_A)
+                self.slope_V_A = slope if slope < 0 else self.slope_V_A
+            last = point
+            current_A -= (point.voltage_V - voltage_V) / self.slope_V_A
+        return Point(start.state, np.full(len(OUTPUTS), np.nan), current_A)
+
+    def go(self, start: Point, duration_s: float, move: Move, goal: Goal) -> Stretch:
+        """Steps from `start` until `goal` is reached, or for `duration_s`."""
+        points, gone_s, step_s = [start], 0.0, FIRST_S
+        lengths: list[float] = []
+        if not self._good(start):
+            return Stretch(points, lengths, self._reason(start, start), came=False)
+        came = goal(start) >= 0
+        while gone_s < duration_s and not came:
+            step_s = min(step_s, LONGEST_S, duration_s - gone_s)
+            attempt = self._attempt(points[-1], step_s, move)
+            share = attempt.error_V / self._tolerance_V if attempt.good else np.inf
+            if share > 1:
+                step_s *= max(SHRINK, SAFETY / share**0.5)
+                if step_s < SHORTEST_S:
+                    reason = self._reason(attempt.end, points[-1])
+                    return Stretch(points, lengths, reason, came=False)
+                continue
+            if came := goal(attempt.end) >= 0:
+                step_s, attempt = self._locate(points[-1], step_s, attempt, move, goal)
+            points += [attempt.middle, attempt.end]
+            lengths += [step_s / 2, step_s / 2]
+            gone_s = duration_s if step_s == duration_s - gone_s else gone_s + step_s
+            step_s *= min(GROW, SAFETY / max(share, 1e-9) ** 0.5)
+        return Stretch(points, lengths, Status.DONE, came=came)
+
+    def _locate(
+        self, start: Point, step_s: float, beyond: Attempt, move: Move, goal: Goal
+    ) -> tuple[float, Attempt]:
+        """The length of a step that just reaches `goal`: false position (Illinois)."""
+        low_s, low, high_s, high = 0.0, goal(start), step_s, goal(beyond.end)
+        best_s = step_s
+        while high > EVENT_V and high_s - low_s > EVENT_S:
+            trial_s = (low_s * high - high_s * low) / (high - low)
+            trial = self._attempt(start, trial_s, move)
+            miss = goal(trial.end) if trial.good else 1.0
+            if abs(miss) <= EVENT_V:
+                return trial_s, trial
+            if miss < 0:
+                low_s, low, high = trial_s, miss, high / 2
+            else:
+                high_s, high, low = trial_s, miss, low / 2
+                best_s, beyond = trial_s, trial
+        return best_s, beyond
+
+    def _attempt(self, start: Point, step_s: float, move: Move) -> Attempt:
+        whole = middle = end = move(start, step_s, start.current_A)
+        if self._solved(whole):
+            middle = end = move(start, step_s / 2, (start.current_A + whole.current_A) / 2)
+        if self._solved(middle):
+            end = move(middle, step_s / 2, whole.current_A)
+        if not self._solved(end):
+            return Attempt(middle, end, np.inf, good=False)
+        settled = self.move(self._extrapolated(whole, end), 0.0, end.current_A)
+        good = self._good(middle) and self._good(settled)
+        return Attempt(middle, settled, self._error_V(whole, end), good=good)
+
+    def _extrapolated(self, whole: Point, end: Point) -> FloatArray:
+        """The state at `end`, its salt of second order, as much salt as there was."""
+        state, span = end.state.copy(), self.model.layout.slice_of("salt")
+        state[span] = 2 * end.state[span] - whole.state[span]
+        content, kept = (
+            self.model.lithium_mol(s, self.values)["electrolyte"] for s in (state, end.state)
+        )
+        state[span] *= kept / content  # not 1 where the porosity is not that of `whole`
+        return state
+
+    def _error_V(self, whole: Point, end: Point) -> float:
+        layout, difference = self.model.layout, end.state - whole.state
+        salt = self.values["electrolyte.initial_concentration_mol_m3"]
+        errors = [
+            weight * np.abs(difference[layout.slice_of(name)]).max() / (salt if n == 0 else 1.0)
+            for n, (name, weight) in enumerate(WEIGHT_V.items())
+        ]
+        errors.append(abs(end.voltage_V - whole.voltage_V))
+        errors.append(abs((end.current_A - whole.current_A) * self.slope_V_A))
+        return float(max(errors))
+
+    def _solved(self, point: Point) -> bool:
+        finite = bool(np.isfinite(point.out).all())
+        return finite and bool(point.out[COLUMN["correction_V"]] <= CONVERGED_V)
+
+    def _good(self, point: Point) -> bool:
+        """Solved, with salt and lithium left; cut-off voltages are goals, not failures."""
+        beyond = self.limits.beyond(point.out[:, None], np.array([0.0]))
+        return self._solved(point) and not beyond.any()
+
+    def _reason(self, failed: Point, last: Point) -> Status:
+        return self.limits.reached(failed.out, last.out, 0.0)
