@@ -98,7 +98,9 @@ class Stepper:
     def __init__(
         self, pack: Pack, ambient_K: float, tolerance_V: float, mesh: Mesh, backend: Backend
     ) -> None:
-        self.model, self._kernel, _ = built(pack.cell, mesh, backend, ageing=pack.ages)
+        self.model, self._kernel, _ = built(
+            pack.cell, mesh, backend, ageing=pack.ages, stressed=pack.stressed
+        )
         self.values = pack.cell_parameters()
         self.limits = Limits(pack.cell.lower_cut_off_V, pack.cell.upper_cut_off_V)
         self.steps = 0

@@ -148,11 +148,7 @@ class DegradationSymbols:
 
     def _tension_Pa(self, side: ElectrodeSymbols, modes: ca.SX) -> ca.SX:
         below_mean = side("max_concentration_mol_m3") * (modes[:, 0] - ca.sum2(modes))
-        elastic = [
-            self.p[f"mechanics.{side.name}_{name}"]
-            for name in ("modulus_Pa", "poisson", "partial_volume_m3_mol")
-        ]
-        return mechanics.tangential_stress_Pa(below_mean, *elastic)
+        return mechanics.tangential_stress_Pa(below_mean, *side.elastic())
 
     def _lost(self, side: ElectrodeSymbols, tension: tuple[ca.SX, ca.SX]) -> ca.SX:
         """(n,) share of the first active material that is lost per time, mean of both ends."""

@@ -8,6 +8,7 @@ import casadi as ca
 from twin import kinetics, particle
 from twin.cell import Electrode
 from twin.constants import FARADAY_C_mol
+from twin.effects.stress_enhanced_diffusion import enhancement
 from twin.mesh import Layer
 from twin.transport import weak_divergence
 
@@ -23,6 +24,7 @@ class ElectrodeSymbols:
         sphere: nodes along the radius of a particle.
         collector: node at the current collector, 0 or -1.
         p: parameters by name.
+        stressed: diffusion is enhanced by stress.
     """
 
     name: str
@@ -31,6 +33,7 @@ class ElectrodeSymbols:
     sphere: Layer
     collector: int
     p: Mapping[str, ca.SX]
+    stressed: bool = False
 
     def __call__(self, name: str) -> ca.SX:
         """Its own parameter `name`."""
@@ -45,7 +48,7 @@ class ElectrodeSymbols:
     def uniform_diffusivity(self) -> bool:
         """The diffusivity does not depend on stoichiometry: all particles share their gains."""
         x = ca.SX.sym("x")
-        return not ca.depends_on(ca.SX(self.electrode.diffusivity_m2_s(x)), x)
+        return not self.stressed and not ca.depends_on(ca.SX(self.electrode.diffusivity_m2_s(x)), x)
 
     def diffuse(
         self, modes: ca.SX, reaction: ca.SX, temperature_K: ca.SX, step_s: ca.SX
@@ -63,6 +66,9 @@ class ElectrodeSymbols:
         diffusivity = self.electrode.diffusivity_m2_s(middle)
         if self.uniform_diffusivity:
             diffusivity = ca.SX(diffusivity)[0]
+        if self.stressed:
+            concentration = middle * self("max_concentration_mol_m3")
+            diffusivity = diffusivity * enhancement(concentration, temperature_K, self.elastic())
         warm = kinetics.arrhenius(
             self("diffusivity_activation_J_mol"), temperature_K, self.p["reference_K"]
         )
@@ -72,6 +78,12 @@ class ElectrodeSymbols:
         holds = FARADAY_C_mol * self("max_concentration_mol_m3") * self("particle_radius_m")
         known, loss = particle.advance(modes, reaction / holds, fourier, step_s, self.sphere)
         return known, loss / holds
+
+    def elastic(self) -> tuple[ca.SX, ca.SX, ca.SX]:
+        """Young's modulus [Pa], Poisson's ratio, partial molar volume of lithium [m3/mol]."""
+        names = ("modulus_Pa", "poisson", "partial_volume_m3_mol")
+        modulus, poisson, partial = (self.p[f"mechanics.{self.name}_{k}"] for k in names)
+        return modulus, poisson, partial
 
     def open_circuit_V(self, surface: ca.SX, temperature_K: ca.SX) -> ca.SX:
         """U(x) + (T - T_ref) dU/dT(x), (n,)."""

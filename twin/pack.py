@@ -3,8 +3,15 @@
 from dataclasses import dataclass
 
 from twin.cell import Cell
-from twin.effects import AGEING, AnyEffect, FilmResistance, Mechanics, SeriesResistance
-from twin.parameters import ageing_parameters, cell_parameters
+from twin.effects import (
+    AGEING,
+    AnyEffect,
+    FilmResistance,
+    Mechanics,
+    SeriesResistance,
+    StressEnhancedDiffusion,
+)
+from twin.parameters import ageing_parameters, cell_parameters, mechanics_parameters
 
 OKANE_2022 = Mechanics()
 
@@ -75,7 +82,13 @@ class Pack:
             if isinstance(effect, FilmResistance):
                 values["negative.film_ohm_m2"] += effect.negative_ohm_m2
                 values["positive.film_ohm_m2"] += effect.positive_ohm_m2
+        values |= mechanics_parameters(self.mechanics) if self.stressed else {}
         return values | (ageing_parameters(self.effects, self.mechanics) if self.ages else {})
+
+    @property
+    def stressed(self) -> bool:
+        """Diffusion is enhanced by stress."""
+        return any(isinstance(e, StressEnhancedDiffusion) for e in self.effects)
 
     @property
     def ages(self) -> bool:

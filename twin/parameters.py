@@ -26,8 +26,12 @@ def ageing_parameters(
     for kind in AGEING:
         effect = chosen.get(kind, kind(strength=0.0))
         out |= {f"{effect.id}.{f.name}": float(getattr(effect, f.name)) for f in fields(effect)}
-    mechanics = mechanics or Mechanics()
-    return out | {f"mechanics.{f.name}": getattr(mechanics, f.name) for f in fields(mechanics)}
+    return out | mechanics_parameters(mechanics or Mechanics())
+
+
+def mechanics_parameters(mechanics: Mechanics) -> dict[str, float]:
+    """The elastic constants by name, e.g. `mechanics.negative_modulus_Pa`."""
+    return {f"mechanics.{f.name}": getattr(mechanics, f.name) for f in fields(mechanics)}
 
 
 def cell_parameters(cell: Cell) -> dict[str, float]:

@@ -85,10 +85,10 @@ def cut_into_pieces(load: Load, divisor: float) -> Pieces:
 
 @lru_cache(maxsize=16)
 def built(
-    cell: Cell, mesh: Mesh, backend: Backend, *, ageing: bool
+    cell: Cell, mesh: Mesh, backend: Backend, *, ageing: bool, stressed: bool
 ) -> tuple[StepModel, ca.Function, ca.Function]:
     """Model, kernel of one piece, kernel of CHUNK pieces."""
-    model = StepModel(cell, mesh, ageing=ageing)
+    model = StepModel(cell, mesh, ageing=ageing, stressed=stressed)
     step = kernel(model.step(), backend)
     return model, step, step.mapaccum(CHUNK)
 
@@ -183,7 +183,9 @@ class Run:
     def __init__(
         self, pack: Pack, load: Load, mesh: Mesh, backend: Backend, state: FloatArray | None
     ) -> None:
-        self.model, self._one, self._many = built(pack.cell, mesh, backend, ageing=pack.ages)
+        self.model, self._one, self._many = built(
+            pack.cell, mesh, backend, ageing=pack.ages, stressed=pack.stressed
+        )
         self.values = pack.cell_parameters()
         self._p = vector(self.values)
         fresh = self.model.initial_state(pack.initial_soc, pack.initial_K, self.values)

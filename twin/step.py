@@ -28,12 +28,17 @@ from twin import elimination
 from twin.cell import Cell
 from twin.constants import FARADAY_C_mol
 from twin.degradation import DegradationSymbols
-from twin.effects import self_heating
+from twin.effects import Mechanics, self_heating
 from twin.electrode import ElectrodeSymbols
 from twin.electrolyte import ElectrolyteSymbols
 from twin.layout import Layout
 from twin.mesh import Mesh
-from twin.parameters import Symbols, ageing_parameters, cell_parameters
+from twin.parameters import (
+    Symbols,
+    ageing_parameters,
+    cell_parameters,
+    mechanics_parameters,
+)
 
 FloatArray = npt.NDArray[np.float64]
 
@@ -90,15 +95,19 @@ class _Surface:
 class StepModel:
     """The equations of a cell on a mesh; `step()` is the kernel."""
 
-    def __init__(self, cell: Cell, mesh: Mesh, *, ageing: bool = False) -> None:
+    def __init__(
+        self, cell: Cell, mesh: Mesh, *, ageing: bool = False, stressed: bool = False
+    ) -> None:
         self.layout = Layout(mesh, ageing=ageing)
-        names = tuple(cell_parameters(cell))
-        self.p = Symbols(names + (tuple(ageing_parameters()) if ageing else ()))
+        names = cell_parameters(cell)
+        names |= mechanics_parameters(Mechanics()) if stressed else {}
+        names |= ageing_parameters() if ageing else {}
+        self.p = Symbols(tuple(names))
         self.negative = ElectrodeSymbols(
-            "negative", cell.negative, mesh.negative, mesh.sphere, 0, self.p
+            "negative", cell.negative, mesh.negative, mesh.sphere, 0, self.p, stressed
         )
         self.positive = ElectrodeSymbols(
-            "positive", cell.positive, mesh.positive, mesh.sphere, -1, self.p
+            "positive", cell.positive, mesh.positive, mesh.sphere, -1, self.p, stressed
         )
         self.electrolyte = ElectrolyteSymbols(cell.electrolyte, self.layout, self.p)
         self.ageing = (

@@ -59,12 +59,15 @@ expression = st.recursive(
 @settings(max_examples=60, deadline=None)
 @given(text=expression, x=st.floats(0.01, 2.0))
 def test_an_expression_means_what_python_means_by_it(text: str, x: float) -> None:
-    names = {"x": x, "exp": math.exp, "tanh": math.tanh, "cosh": math.cosh}
+    names = {"exp": math.exp, "tanh": math.tanh, "cosh": math.cosh}
     try:
-        expected = eval(text, {"__builtins__": {}}, names)
+        expected, beside = (
+            eval(text, {"__builtins__": {}}, names | {"x": v}) for v in (x, x * (1 + 1e-14))
+        )
     except ZeroDivisionError:
         return
-    if abs(expected) < 1e12:
+    steady = beside == pytest.approx(expected, rel=1e-10, abs=1e-13)  # no digits cancel
+    if steady and abs(expected) < 1e12:
         assert at(Expression(text), x) == pytest.approx(expected, rel=1e-9, abs=1e-12)
 
 

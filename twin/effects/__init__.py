@@ -12,9 +12,11 @@ from twin.effects.sei import Sei
 from twin.effects.sei_on_cracks import SeiOnCracks
 from twin.effects.self_heating import SelfHeating
 from twin.effects.series_resistance import SeriesResistance
+from twin.effects.stress_enhanced_diffusion import StressEnhancedDiffusion
 
 Ageing = Sei | SeiOnCracks | Plating | Cracking | ActiveMaterialLoss | PorosityChange
-AnyEffect = SelfHeating | SeriesResistance | FilmResistance | Ageing
+Switched = SelfHeating | StressEnhancedDiffusion | Ageing
+AnyEffect = Switched | SeriesResistance | FilmResistance
 
 AGEING: tuple[type[Ageing], ...] = (
     Sei,
@@ -26,7 +28,9 @@ AGEING: tuple[type[Ageing], ...] = (
 )
 """Those that change the cell for good; one kernel holds them all, strengths being inputs."""
 
-EFFECTS: dict[str, type[SelfHeating] | type[Ageing]] = {e.id: e for e in (SelfHeating, *AGEING)}
+EFFECTS: dict[str, type[Switched]] = {
+    e.id: e for e in (SelfHeating, *AGEING, StressEnhancedDiffusion)
+}
 """Id -> effect, for all that a pack file can switch on; a resistance is nothing without its number,
 so `SeriesResistance` and `FilmResistance` are given to `Pack` as objects."""
 
@@ -56,5 +60,6 @@ __all__ = [
     "SeiOnCracks",
     "SelfHeating",
     "SeriesResistance",
+    "StressEnhancedDiffusion",
     "chosen",
 ]
