@@ -10,11 +10,11 @@ Row = dict[int, ca.SX]
 
 
 def solve(matrix: ca.SX, rhs: ca.SX) -> ca.SX:
-    """Solution x (n,) of matrix (n, n) @ x = rhs (n,), touching structural non-zeros only."""
+    """Solution x (n, k) of matrix (n, n) @ x = rhs (n, k), touching structural non-zeros only."""
     rows: list[Row] = [{} for _ in range(matrix.shape[0])]
     for i, k in zip(*matrix.sparsity().get_triplet(), strict=True):
         rows[i][k] = matrix[i, k]
-    b = [rhs[i] for i in range(len(rows))]
+    b = [rhs[i, :] for i in range(len(rows))]
     for k in range(len(rows)):
         _eliminate(rows, b, k)
     x: list[ca.SX] = [ca.SX(0)] * len(rows)

@@ -148,8 +148,37 @@ def surroundings(pack: Pack, ambient_K: float) -> FloatArray:
     return np.array([ambient_K, transfer, float(heating is not None)])
 
 
-class _Run:
-    """One simulation while it goes on; `rows` collects the outputs of accepted pieces."""
+START = ("initial_soc", "initial_K")
+OUTSIDE = ("ambient_K", "heat_transfer_W_m2_K")
+
+
+def changeable(pack: Pack, load: Load) -> dict[str, float]:
+    """Name -> value of all numbers a run depends on: of one cell, START and OUTSIDE."""
+    outside = surroundings(pack, load.ambient_K)[:2].tolist()
+    start = pack.initial_soc, pack.initial_K
+    return pack.cell_parameters() | dict(zip(START + OUTSIDE, (*start, *outside), strict=True))
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Taken:
+    """Steps that were accepted, one after the other.
+
+    Attributes:
+        drive: (DRIVE, m) of each.
+        after: (states, m) that each ended in; not converted, which would take longer than a step.
+        piece: (m,) that each belongs to; a piece may take several.
+    """
+
+    drive: FloatArray
+    after: ca.DM
+    piece: npt.NDArray[np.int64]
+
+
+class Run:
+    """One simulation while it goes on; `rows` collects the outputs of accepted pieces.
+
+    `taken` collects their steps if it is made a list before it runs.
+    """
 
     def __init__(
         self, pack: Pack, load: Load, mesh: Mesh, backend: Backend, state: FloatArray | None
@@ -168,6 +197,15 @@ class _Run:
         self.charge_C = self.elapsed_s = 0.0
         self.retried = 0
         self.status = Status.DONE
+        self.taken: list[Taken] | None = None
+
+    def change(self, whole: Mapping[str, float]) -> None:
+        """Start from other numbers, all of `changeable`."""
+        own = dict(whole)
+        soc, temperature_K = (own.pop(name) for name in START)
+        self._tail[:2] = [own.pop(name) for name in OUTSIDE]
+        self.values, self._p = own, vector(own)
+        self.initial = self.state = self.model.initial_state(soc, temperature_K, own)
 
     def run(self) -> None:
         """All pieces, or up to where it ends."""
@@ -194,6 +232,9 @@ class _Run:
             self.state = states[:, accepted - 1].full().ravel()
             self.rows.append(rows[:, :accepted])
             done = slice(at, at + accepted)
+            if self.taken is not None:
+                where = np.arange(at, at + accepted)
+                self.taken.append(Taken(drive[:, :accepted], states[:, :accepted], where))
             self._count(self.pieces.length_s[done], self.pieces.start_A[done], current_A[:accepted])
         return accepted
 
@@ -212,6 +253,8 @@ class _Run:
             if self._limits.accepts(trial[:, None], np.array([current_A]))[0]:
                 done = np.array([drive[0]]), np.array([self._current_A(at, share)])
                 self._count(*done, np.array([current_A]))
+                if self.taken is not None:
+                    self.taken.append(Taken(drive[:, None], following, np.array([at])))
                 self.state, share, last = following.full().ravel(), goal, trial
                 size *= 2
             elif size > 0.5**LOCATE_HALVINGS:
@@ -247,16 +290,22 @@ def simulate(
     Never raises for what the load asks: a limit that is reached ends the solution with a status
     and everything up to there.
     """
-    run = _Run(pack, load, mesh, backend, state)
+    run = Run(pack, load, mesh, backend, state)
     run.run()
+    return solution_of(run, pack, load)
+
+
+def sample_ends(pieces: Pieces, done: int) -> npt.NDArray[np.int64]:
+    """(n,) piece that answers each sample, where all its pieces are among the first `done`."""
+    sample = pieces.sample[:done]
+    whole = sample < pieces.sample[done] if done < pieces.sample.size else sample >= 0
+    return np.flatnonzero(np.diff(sample[whole], append=-1))
+
+
+def solution_of(run: Run, pack: Pack, load: Load) -> Solution:
+    """What the finished `run` of `pack` under `load` gives."""
     out = np.hstack(run.rows) if run.rows else np.zeros((len(OUTPUTS), 0))
-    sample = run.pieces.sample[: out.shape[1]]
-    whole = (
-        sample < run.pieces.sample[out.shape[1]]
-        if out.shape[1] < run.pieces.sample.size
-        else sample >= 0
-    )
-    ends = np.flatnonzero(np.diff(sample[whole], append=-1))
+    ends = sample_ends(run.pieces, out.shape[1])
     out, n = out[:, ends], ends.size
     low, high = (run.values[f"negative.stoichiometry_{end}"] for end in ("min", "max"))
     return Solution(

@@ -1,0 +1,183 @@
+"""Exact derivatives of the response: `sensitivity(pack, load, names)`.
+
+The steps that the simulation accepted are gone through once more, carrying dstate/dparameter
+(`tangent.py`). Times are not moved: what is after a change of the steps themselves does not exist.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import lru_cache
+
+import casadi as ca
+import numpy as np
+import numpy.typing as npt
+
+from twin.cell import Cell
+from twin.kernel import Backend, kernel
+from twin.load import Load
+from twin.mesh import Mesh
+from twin.pack import Pack, PackError
+from twin.parameters import vector
+from twin.simulate import (
+    CHUNK,
+    DEFAULT_MESH,
+    OUTSIDE,
+    START,
+    Run,
+    Taken,
+    changeable,
+    sample_ends,
+    solution_of,
+)
+from twin.solution import Solution
+from twin.step import DRIVE, StepModel
+from twin.tangent import Tangent
+
+FloatArray = npt.NDArray[np.float64]
+
+DIRECTIONS = 4
+"""Parameters a pass: more share one elimination, but the code grows, and with it its compilation
+(benchmarks/sensitivity.py)."""
+START_STEP = 1e-5
+"""Relative, of the central difference of the starting state: exact to rounding, since that state is
+of degree 1 in each number."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Sensitivities:
+    """How the response changes with k parameters, at the samples that were simulated.
+
+    Attributes:
+        names: (k,) of the parameters.
+        values: (k,) at which the derivatives were taken.
+        voltage: (n, k) d voltage_V / d parameter [V per unit of the parameter].
+        temperature: (n, k) d temperature_K / d parameter [K per unit of it].
+        solution: the response itself.
+    """
+
+    names: tuple[str, ...]
+    values: FloatArray
+    voltage: FloatArray
+    temperature: FloatArray
+    solution: Solution
+
+
+def sensitivity(
+    pack: Pack, load: Load, names: Sequence[str], *, mesh: Mesh = DEFAULT_MESH,
+    backend: Backend = Backend.AUTO,
+) -> Sensitivities:  # fmt: skip
+    """Derivatives of voltage and temperature by the numbers `names` of `changeable(pack, load)`.
+
+    The numbers are those of one cell as the kernel takes them, each for itself: a larger
+    `negative.particle_radius_m` leaves `negative.specific_area_m2_m3` as it is. Exact but for what
+    Newton's method left unsolved. Where the run ended early, up to there.
+
+    Raises:
+        PackError: an unknown name, or a pack with effects that age it: at zero film or stress their
+            equations have no derivative.
+    """
+    if pack.ages:
+        raise PackError("no sensitivities of a pack that ages: leave out those effects")
+    values = known_values(pack, load, names)
+    run = Run(pack, load, mesh, backend, None)
+    run.taken = []
+    run.run()
+    solution = solution_of(run, pack, load)
+    done = sum(rows.shape[1] for rows in run.rows)
+    parts = [
+        _carry(run, pack, load, tuple(names[i : i + DIRECTIONS]), backend)
+        for i in range(0, len(names), DIRECTIONS)
+    ]
+    at = _last_steps(run)[sample_ends(run.pieces, done)]
+    voltage, temperature = (
+        np.hstack([part[row][at] for part in parts] or [np.zeros((at.size, 0))]) for row in (0, 1)
+    )
+    return Sensitivities(
+        names=tuple(names),
+        values=values,
+        voltage=voltage * pack.series,
+        temperature=temperature,
+        solution=solution,
+    )
+
+
+def known_values(pack: Pack, load: Load, names: Sequence[str]) -> FloatArray:
+    """(k,) present values; PackError if one of `names` is not a number of this pack and load."""
+    there = changeable(pack, load)
+    for name in names:
+        if name not in there:
+            raise PackError(f"parameter {name!r} is unknown: expected one of {', '.join(there)}")
+    return np.array([there[name] for name in names])
+
+
+def _last_steps(run: Run) -> npt.NDArray[np.int64]:
+    """(pieces,) the last step of each piece, whole or not, as a position in all that was taken."""
+    piece = np.concatenate([t.piece for t in run.taken or ()] or [np.zeros(0, dtype=np.int64)])
+    return np.flatnonzero(np.diff(piece, append=-1))
+
+
+@lru_cache(maxsize=16)
+def _built(
+    cell: Cell, mesh: Mesh, backend: Backend, directions: int
+) -> tuple[Tangent, ca.Function]:
+    """For CHUNK steps a call."""
+    tangent = Tangent(StepModel(cell, mesh))
+    return tangent, kernel(tangent.step(directions), backend).mapaccum(CHUNK)
+
+
+def _carry(
+    run: Run, pack: Pack, load: Load, names: tuple[str, ...], backend: Backend
+) -> tuple[FloatArray, FloatArray]:
+    """(steps, k) derivatives of one cell's voltage and of the temperature after each step."""
+    k, mesh = len(names), run.model.layout.mesh
+    tangent, many = _built(pack.cell, mesh, backend, k)
+    directions = _unit(names, _DRIVE_NAMES), _unit(names, tuple(run.values))
+    fixed = [ca.repmat(ca.DM(a), 1, CHUNK) for a in (vector(run.values), *directions)]
+    moved = ca.DM(np.stack([_start_change(run, pack, load, name) for name in names], axis=1))
+    state, out = ca.DM(run.initial), [np.zeros((2, 0, k))]
+    for taken in _chunks(run.taken or []):
+        m = taken.after.shape[1]
+        before = ca.horzcat(state, taken.after[:, :-1])
+        inputs = tangent.solved(taken.after), before, ca.DM(taken.drive)
+        changes, shown = many(moved, *(_filled(a) for a in inputs), *fixed)
+        state, moved = taken.after[:, -1], changes[:, (m - 1) * k : m * k]
+        out.append(shown.full().reshape(2, CHUNK, k)[:, :m])
+    voltage, temperature = np.concatenate(out, axis=1)
+    return voltage, temperature
+
+
+_DRIVE_NAMES = tuple(name if name in OUTSIDE else "" for name in DRIVE)
+
+
+def _unit(names: tuple[str, ...], of: tuple[str, ...]) -> FloatArray:
+    """(of, names) 1 where they are the same."""
+    return np.array([[float(a == b) for b in names] for a in of])
+
+
+def _filled(values: ca.DM) -> ca.DM:
+    """(rows, CHUNK) the last column repeated; what comes of it is not looked at."""
+    return ca.horzcat(values, ca.repmat(values[:, -1], 1, CHUNK - values.shape[1]))
+
+
+def _chunks(taken: list[Taken]) -> list[Taken]:
+    """The same steps, CHUNK at a time."""
+    if not taken:
+        return []
+    drive, after = np.hstack([t.drive for t in taken]), ca.horzcat(*(t.after for t in taken))
+    piece = np.concatenate([t.piece for t in taken])
+    ends = [*range(CHUNK, piece.size, CHUNK), piece.size]
+    spans = [slice(i, j) for i, j in zip(range(0, piece.size, CHUNK), ends, strict=True)]
+    return [Taken(drive[:, s], after[:, s], piece[s]) for s in spans]
+
+
+def _start_change(run: Run, pack: Pack, load: Load, name: str) -> FloatArray:
+    """(states,) d initial state / d parameter."""
+    whole = changeable(pack, load)
+    step = START_STEP * (abs(whole[name]) or 1.0)
+    ends = []
+    for value in (whole[name] + step, whole[name] - step):
+        changed = whole | {name: value}
+        soc, temperature_K = (changed.pop(n) for n in START)
+        ends.append(run.model.initial_state(soc, temperature_K, changed))
+    change: FloatArray = (ends[0] - ends[1]) / (2 * step)
+    return change
