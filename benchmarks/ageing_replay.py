@@ -3,7 +3,7 @@
 The LG M50 under the first SECONDS (120 unless told) of the reference flight, 10 Hz, isothermal;
 both from the same BPX file and with the parameters of O'Kane 2022. PyBaMM: DFN, IDAKLU, default
 mesh and tolerances, its integrator's time alone. The twin: a whole second call. Errors are against
-the stored solution on converged meshes (120 s), without its first sample.
+the stored solution on converged meshes (60 s), without its first sample.
 """
 
 import statistics
