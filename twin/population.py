@@ -1,7 +1,7 @@
 """Many parameter sets on one load: `population(pack, load, names, values)`.
 
-Members are shared out to processes: CasADi's calls hold the interpreter's lock, and members end at
-different times, which lanes of one vector could not.
+Members are shared out to processes, not threads: two Python threads were seen to use one core's time
+(benchmarks/population.py measures the processes).
 """
 
 import multiprocessing
@@ -24,8 +24,8 @@ FloatArray = npt.NDArray[np.float64]
 
 SHARES_PER_WORKER = 4  # members that end early leave room for others; each share is sent once
 WORTH_A_WORKER = 20
-"""Members for which a further process pays: one starts in about two seconds, a flight of 600 s at
-10 Hz takes a tenth of one."""
+"""Members for which a further process is started: it imports the twin and loads the kernel first,
+and a flight of 600 s at 10 Hz takes a tenth of a second."""
 
 
 class PopulationError(ValueError):

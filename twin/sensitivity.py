@@ -73,11 +73,13 @@ def sensitivity(
     Newton's method left unsolved. Where the run ended early, up to there.
 
     Raises:
-        PackError: an unknown name, or a pack with effects that age it: at zero film or stress their
-            equations have no derivative.
+        PackError: an unknown name, or a pack that ages or whose diffusion is enhanced by stress:
+            their kernels are not differentiated in this version.
     """
-    if pack.ages:
-        raise PackError("no sensitivities of a pack that ages: leave out those effects")
+    if pack.ages or pack.stressed:
+        raise PackError(
+            "no sensitivities of a pack that ages or is enhanced by stress: leave out those effects"
+        )
     values = known_values(pack, load, names)
     run = Run(pack, load, mesh, backend, None)
     run.taken = []

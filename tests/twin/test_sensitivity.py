@@ -8,7 +8,7 @@ import pytest
 from twin import simulate as simulate_module
 from twin import step as step_module
 from twin.builtin import load_cell
-from twin.effects import Sei, SelfHeating
+from twin.effects import AnyEffect, Sei, SelfHeating, StressEnhancedDiffusion
 from twin.load import Between, Load
 from twin.pack import Pack, PackError
 from twin.population import population
@@ -101,8 +101,9 @@ def test_many_parameters_give_what_each_gives_alone() -> None:
         assert together.voltage[:, [i]] == pytest.approx(alone.voltage, abs=1e-11 * scale)
 
 
-def test_a_pack_that_ages_is_refused() -> None:
-    pack = Pack(cell=load_cell("lg_m50"), effects=(Sei(),))
+@pytest.mark.parametrize("effect", [Sei(), StressEnhancedDiffusion()], ids=lambda e: e.id)
+def test_a_pack_whose_kernel_is_another_is_refused(effect: AnyEffect) -> None:
+    pack = Pack(cell=load_cell("lg_m50"), effects=(effect,))
     with pytest.raises(PackError, match="age"):
         sensitivity(pack, flight(Between.HOLD), ["initial_soc"])
 
