@@ -1,6 +1,6 @@
 """Many parameter sets on one load: `population(pack, load, names, values)`.
 
-Members are shared out to processes, not threads: two Python threads were seen to use one core's time
+Members are shared out to processes, not threads: two Python threads were seen to use one core only
 (benchmarks/population.py measures the processes).
 """
 
