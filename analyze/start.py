@@ -9,9 +9,10 @@ from flightlogs.recording import Recording
 from reports.flight import PackUse
 from twin.bpx_file import open_circuit_V
 from twin.cell import Cell
+from twin.constants import ZERO_CELSIUS_K
 from twin.effects import SelfHeating, chosen
 from twin.pack import Pack
-from twin.pack_file import ZERO_CELSIUS_K, PackFile, effect_ids
+from twin.pack_file import PackFile, effect_ids
 
 ROOM_K = 298.15
 # Of the median current in the air: motors off or idling. Taking the slope's share back leaves a

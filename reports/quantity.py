@@ -2,6 +2,8 @@
 
 import math
 
+from twin.constants import ZERO_CELSIUS_K
+
 MISSING = "–"
 
 
@@ -38,4 +40,4 @@ def ampere_hours(charge_C: float | None, decimals: int = 3) -> str:
 
 def celsius(temperature_K: float | None, decimals: int = 1) -> str:
     """A temperature in degrees Celsius."""
-    return fixed(None if temperature_K is None else temperature_K - 273.15, decimals)
+    return fixed(None if temperature_K is None else temperature_K - ZERO_CELSIUS_K, decimals)

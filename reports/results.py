@@ -24,6 +24,7 @@ from reports.result import (
     WarningPart,
 )
 from segment.segment import LoadStatistics, Segment
+from twin.constants import ZERO_CELSIUS_K
 from twin.replay import Replay
 
 
@@ -151,7 +152,9 @@ def _replay(replay: Replay) -> ReplayPart:
         voltage_rmse_mv=None if rmse is None else 1000 * rmse,
         max_error_mv=None if worst is None else 1000 * worst,
         final_soc=float(solution.soc[-1]) if started else None,
-        max_temperature_c=float(np.max(solution.temperature_K)) - 273.15 if started else None,
+        max_temperature_c=float(np.max(solution.temperature_K)) - ZERO_CELSIUS_K
+        if started
+        else None,
         lithium_audit=LithiumPart(
             negative_mol=_pair(audit.negative_mol),
             positive_mol=_pair(audit.positive_mol),
@@ -173,8 +176,8 @@ def _provenance(report: FlightReport) -> ProvenancePart:
         cell=pack.cell_source,
         parameters=ParametersPart(
             initial_soc=pack.initial_soc,
-            initial_temperature_c=pack.initial_K - 273.15,
-            ambient_c=pack.ambient_K - 273.15,
+            initial_temperature_c=pack.initial_K - ZERO_CELSIUS_K,
+            ambient_c=pack.ambient_K - ZERO_CELSIUS_K,
             heat_transfer_W_m2_K=pack.heat_transfer_W_m2_K,
             physics=pack.effects,
             inputs_sha256=made.inputs_sha256,

@@ -5,8 +5,7 @@ from typing import Any
 
 from sample_logs.flown import Flown
 from sample_logs.instruments import SensorFlaws
-
-ZERO_CELSIUS_K = 273.15
+from twin.constants import ZERO_CELSIUS_K
 
 
 def truth_json(flown: Flown, flaws: SensorFlaws | None) -> str:

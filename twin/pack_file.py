@@ -11,7 +11,6 @@ from pydantic_core import ErrorDetails
 
 from twin.effects import EFFECTS, SelfHeating
 
-ZERO_CELSIUS_K = 273.15
 Text = Annotated[str, Field(min_length=1)]
 Count = Annotated[int, Field(ge=1, le=1000, strict=True)]
 CapacityAh = Annotated[float, Field(gt=0.0, le=10_000.0)]

@@ -6,11 +6,12 @@ from pathlib import Path
 import numpy as np
 
 from twin.builtin import load_cell
+from twin.constants import ZERO_CELSIUS_K
 from twin.effects import SelfHeating, chosen
 from twin.load import Between
 from twin.load_csv import read_load_csv
 from twin.pack import Pack
-from twin.pack_file import ZERO_CELSIUS_K, PackFile, cell_reference, effect_ids, parse_pack_file
+from twin.pack_file import PackFile, cell_reference, effect_ids, parse_pack_file
 from twin.replay import Replay
 from twin.replay_files import replay_csv, replay_svg
 from twin.simulate import simulate

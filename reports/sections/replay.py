@@ -6,6 +6,7 @@ from reports import plots
 from reports.flight import FlightReport
 from reports.quantity import ampere_hours, celsius, fixed, significant
 from reports.section import Figure, Notice, Row, Section, Severity
+from twin.constants import ZERO_CELSIUS_K
 from twin.replay import Replay
 from twin.solution import Status
 
@@ -112,7 +113,11 @@ def _figure(report: FlightReport, played: Replay) -> Figure:
     plots.line(axes[2], solution.time_s, 100 * solution.soc, plots.MEASURED, "state of charge")
     warm = plots.second_scale(axes[2])
     plots.line(
-        warm, solution.time_s, solution.temperature_K - 273.15, plots.COMMANDED, "temperature"
+        warm,
+        solution.time_s,
+        solution.temperature_K - ZERO_CELSIUS_K,
+        plots.COMMANDED,
+        "temperature",
     )
     for ax, label in zip(
         (*axes, warm),

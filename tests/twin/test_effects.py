@@ -1,0 +1,28 @@
+"""Every effect says what it is, as the interface in twin/effects/effect.py asks."""
+
+import pytest
+
+from twin.effects import EFFECTS, FilmResistance, SeriesResistance
+from twin.effects.effect import Effect
+
+ALL: tuple[Effect, ...] = tuple(
+    kind() for kind in (*EFFECTS.values(), SeriesResistance, FilmResistance)
+)
+
+
+@pytest.mark.parametrize("effect", ALL, ids=lambda e: e.id)
+def test_an_effect_tells_its_equation_source_and_signature(effect: Effect) -> None:
+    assert all((effect.id, effect.equation, effect.source, effect.signature))
+
+
+@pytest.mark.parametrize("effect", ALL, ids=lambda e: e.id)
+def test_its_parameters_are_its_fields_within_their_bounds(effect: Effect) -> None:
+    for parameter in effect.parameters:
+        assert getattr(effect, parameter.name) == parameter.value
+        assert parameter.lower <= parameter.value <= parameter.upper
+        assert parameter.prior_std > 0
+        assert parameter.unit
+
+
+def test_ids_are_unique() -> None:
+    assert len({e.id for e in ALL}) == len(ALL)
