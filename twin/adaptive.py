@@ -15,11 +15,12 @@ import numpy.typing as npt
 
 from twin.kernel import Backend
 from twin.mesh import Mesh
+from twin.newton import CONVERGED_V
 from twin.pack import Pack
 from twin.parameters import vector
 from twin.simulate import COLUMN, Limits, built, surroundings
 from twin.solution import Status
-from twin.step import CONVERGED_V, OUTPUTS
+from twin.step import OUTPUTS
 
 FloatArray = npt.NDArray[np.float64]
 

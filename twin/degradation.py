@@ -6,7 +6,7 @@ films and plated lithium by their own amounts, lithium in lost material as trapp
 """
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from typing import Any
 
 import casadi as ca
@@ -37,6 +37,16 @@ class Begun:
     resistance_ohm_m2: ca.SX
     decay_1_s: ca.SX
     porosity: ca.SX
+
+    def packed(self) -> ca.SX:
+        """(n, fields) to hand on."""
+        table: ca.SX = ca.horzcat(*(getattr(self, f.name) for f in fields(self)))
+        return table
+
+    @staticmethod
+    def unpacked(table: ca.SX) -> "Begun":
+        """What `packed` gave."""
+        return Begun(*ca.horzsplit(table))
 
 
 @dataclass(frozen=True, slots=True)
@@ -119,12 +129,12 @@ class DegradationSymbols:
         self,
         begun: Begun,
         old: Mapping[str, ca.SX],
-        modes: Mapping[str, ca.SX],
+        ends: tuple[ca.SX, ca.SX],
         plated: ca.SX,
         step_s: ca.SX,
     ) -> dict[str, ca.SX]:
-        """The ageing part of the next state."""
-        p = self.p
+        """The ageing part of the next state, but for the currents; `ends` are the modes there."""
+        p, modes = self.p, dict(zip("np", ends, strict=True))
         tension = {
             key: (self._tension_Pa(side, old[f"modes_{key}"]), self._tension_Pa(side, modes[key]))
             for key, side in (("n", self.negative), ("p", self.positive))

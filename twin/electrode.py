@@ -1,16 +1,19 @@
-"""One electrode over one step: its particles, their surface potential, charge in the solid."""
+"""One electrode over one step: its particles, their surface potential, ohmic losses on the way."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
 
 import casadi as ca
+import numpy as np
+import numpy.typing as npt
 
 from twin import kinetics, particle
 from twin.cell import Electrode
 from twin.constants import FARADAY_C_mol
 from twin.effects.stress_enhanced_diffusion import enhancement
 from twin.mesh import Layer
-from twin.transport import weak_divergence
+
+FloatArray = npt.NDArray[np.float64]
 
 
 @dataclass(frozen=True, slots=True)
@@ -107,19 +110,59 @@ class ElectrodeSymbols:
         eta = kinetics.overpotential_V(reaction, exchange, temperature_K)
         return self.open_circuit_V(surface, temperature_K) + eta
 
-    def solid_charge(self, phi_s: ca.SX, transfer: ca.SX, current_A: ca.SX) -> ca.SX:
-        """Residual (n,) of charge in the solid, Ohm's law [A/m2 of coated area].
+    def losses_ohm_m2(self, conductivity_S_m: ca.SX) -> ca.SX:
+        """(n, n) potential lost in solution and solid between each node and the separator.
+
+        In one dimension the currents follow from the reactions alone, and the potentials from the
+        currents: both are integrals of polynomials, and no potential is an unknown.
 
         Args:
-            phi_s: (n,) potential of the solid.
-            transfer: (n,) current that leaves the solid at each node [A/m2 of coated area].
-            current_A: () of the cell, discharge positive.
+            conductivity_S_m: (n,) effective, of the electrolyte.
+
+        Returns:
+            [Ohm m2], per current that leaves the solid at each node [A/m2 of coated area].
         """
-        conductivity = ca.repmat(self("conductivity_S_m"), self.layer.size, 1)
-        row = weak_divergence(self.layer, phi_s, conductivity, self("thickness_m"))
-        row += transfer
-        row[self.collector] -= self.outward * current_A / self.p["area_m2"]
-        return row
+        resistance = self("thickness_m") * (1 / self("conductivity_S_m") + 1 / conductivity_S_m)
+        along = ca.DM(self._to_separator) * ca.repmat(resistance.T, self.layer.size, 1)
+        lost: ca.SX = along @ ca.DM(self._from_collector)
+        return lost
+
+    def solid_V(self, current_A: ca.SX) -> ca.SX:
+        """(n,) what the whole current would lose in the solid between each node and separator."""
+        density = self.outward * current_A / self.p["area_m2"]
+        whole = density * self("thickness_m") / self("conductivity_S_m")
+        return ca.DM(self._to_separator.sum(axis=1)) * whole
+
+    def collector_V(self, current_A: ca.SX, transfer: ca.SX) -> ca.SX:
+        """() potential of the solid at the collector above that at the separator.
+
+        `transfer` (n,) is the current that leaves the solid on the way [A/m2 of coated area].
+        """
+        shared = self._to_separator[self.collector] @ self._from_collector
+        used = ca.dot(ca.DM(shared), transfer) * self("thickness_m") / self("conductivity_S_m")
+        return self.solid_V(current_A)[self.collector] - used
+
+    @property
+    def _from_collector(self) -> FloatArray:
+        """(n, n) current in solution at each node, of the current that leaves the solid at each."""
+        integral, weight = self.layer.integral, self.layer.weight
+        return (integral if self.collector == 0 else weight - integral) / weight
+
+    @property
+    def _to_separator(self) -> FloatArray:
+        """(n, n) integral from each node to the separator, over unit length."""
+        integral, weight = self.layer.integral, self.layer.weight
+        return weight - integral if self.collector == 0 else integral
+
+    @property
+    def key(self) -> str:
+        """Suffix of its quantities in the state."""
+        return self.name[0]
+
+    @property
+    def separator(self) -> int:
+        """Node at the separator, -1 or 0."""
+        return -1 - self.collector
 
     @property
     def outward(self) -> float:

@@ -1,11 +1,12 @@
-"""The salt solution in the pores of all three layers: its two balances over one step."""
+"""The salt solution in the pores of all three layers: its salt over one step, its conductivity."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
 
 import casadi as ca
+import numpy as np
 
-from twin import kinetics
+from twin import elimination, kinetics
 from twin.cell import Electrolyte
 from twin.constants import FARADAY_C_mol, GAS_J_mol_K
 from twin.effects.porosity_change import BRUGGEMAN
@@ -25,65 +26,73 @@ class ElectrolyteSymbols:
     layout: Layout
     p: Mapping[str, ca.SX]
 
-    def balances(
-        self,
-        salt: ca.SX,
-        phi: ca.SX,
-        old: Mapping[str, ca.SX],
-        step_s: ca.SX,
-        porosity: ca.SX | None = None,
+    def diffuse(
+        self, old: Mapping[str, ca.SX], step_s: ca.SX, porosity: ca.SX | None
     ) -> tuple[ca.SX, ca.SX]:
-        """Residuals (nodes,) of salt and of charge, without the electrodes' reactions.
+        """Salt after a step, as `known + response @ transfer`.
+
+        Backward Euler with the diffusivity at the start of the step. What is in pores that shrink
+        stays in them.
 
         Args:
-            salt: (nodes,) concentration after the step [mol/m3].
-            phi: (nodes,) potential after the step [V].
             old: the state before the step.
-            step_s: () length of the step; salt diffusion is backward Euler.
-            porosity: (n,) of the negative electrode during the step, if it changes; the salt that
-                was in its pores stays in them.
+            step_s: () length of the step.
+            porosity: (n,) of the negative electrode during the step, if it changes.
 
         Returns:
-            Salt [mol/m2] and charge [A/m2], per coated area and test function.
+            (nodes,) [mol/m3] and (nodes, n + p) [mol/m3 per A/m2]: `transfer` is the current that
+            leaves the solid, mean of the step, at each node of both electrodes [A/m2 of coated
+            area].
         """
-        salt_row, charge_row = (ca.SX.zeros(self.layout.nodes) for _ in range(2))
-        temperature_K = old["temperature_K"]
-        kelvin_V = 2 * GAS_J_mol_K * temperature_K / FARADAY_C_mol
-        per_gradient = kelvin_V * (1 - self.p["electrolyte.transference"])
+        nodes = self.layout.nodes
+        held, matrix = ca.SX.zeros(nodes), ca.SX(nodes, nodes)
         for name, span in self.layout.layers().items():
             layer, thickness = self.layout.layer(name), self.p[f"{name}.thickness_m"]
-            efficiency = self.p[f"{name}.transport_efficiency"]
             pores = before = self.p[f"{name}.porosity"]
             if porosity is not None and name == "negative":
-                efficiency = efficiency * (porosity / pores) ** BRUGGEMAN
                 pores, before = porosity, old["porosity"]
-            c = ca.fmax(salt[span], kinetics.SALT_FLOOR_mol_m3)
-            diffusivity = efficiency * self._warm(
-                "diffusivity", self.electrolyte.diffusivity_m2_s(c), temperature_K
-            )
-            conductivity = efficiency * self._warm(
-                "conductivity", self.electrolyte.conductivity_S_m(c), temperature_K
-            )
-            held = pores * salt[span] - before * old["salt"][span]
-            spread = weak_divergence(layer, salt[span], diffusivity, thickness)
-            salt_row[span] += ca.DM(layer.weight) * thickness * held + step_s * spread
-            charge_row[span] += weak_divergence(layer, phi[span], conductivity, thickness)
-            charge_row[span] -= weak_divergence(
-                layer, salt[span], conductivity * per_gradient / c, thickness
-            )
-        return salt_row, charge_row
+            volume = ca.DM(layer.weight) * thickness
+            held[span] += volume * before * old["salt"][span]
+            diffusivity = self._effective("diffusivity", name, old["salt"], old, porosity)
+            matrix[span, span] += ca.diag(volume * pores)
+            matrix[span, span] += step_s * weak_divergence(layer, diffusivity, thickness)
+        made = step_s * (1 - self.p["electrolyte.transference"]) / FARADAY_C_mol
+        n, p = self.layout.electrodes
+        sources = [*range(n), *range(nodes - p, nodes)]
+        rhs = ca.horzcat(held, made * ca.DM.eye(nodes)[:, sources])
+        order = self.layout.elimination_order()
+        solution = elimination.solve(matrix[order, order], rhs[order, :])
+        solution = solution[np.argsort(order).tolist(), :]
+        return solution[:, 0], solution[:, 1:]
 
-    def pores_m(self, porosity: ca.SX) -> ca.SX:
-        """(nodes,) volume of electrolyte per coated area at each node; `porosity` (n,) negative."""
-        out = ca.SX.zeros(self.layout.nodes)
-        for name, span in self.layout.layers().items():
-            share = porosity if name == "negative" else self.p[f"{name}.porosity"]
-            out[span] += (
-                ca.DM(self.layout.layer(name).weight) * self.p[f"{name}.thickness_m"] * share
-            )
-        return out
+    def conductivity_S_m(
+        self, name: str, salt: ca.SX, old: Mapping[str, ca.SX], porosity: ca.SX | None
+    ) -> ca.SX:
+        """(n,) effective, in layer `name`, of salt (nodes,)."""
+        return self._effective("conductivity", name, salt, old, porosity)
 
-    def _warm(self, name: str, at_reference: ca.SX, temperature_K: ca.SX) -> ca.SX:
-        activation = self.p[f"electrolyte.{name}_activation_J_mol"]
-        factor = kinetics.arrhenius(activation, temperature_K, self.p["reference_K"])
-        return at_reference * (self.p[f"electrolyte.{name}_factor"] * factor)
+    def diffusion_V(self, temperature_K: ca.SX) -> ca.SX:
+        """() potential per change of ln c, 2 R T / F (1 - t+)."""
+        thermal_V = 2 * GAS_J_mol_K * temperature_K / FARADAY_C_mol
+        return thermal_V * (1 - self.p["electrolyte.transference"])
+
+    def _effective(
+        self,
+        quantity: str,
+        name: str,
+        salt: ca.SX,
+        old: Mapping[str, ca.SX],
+        porosity: ca.SX | None,
+    ) -> ca.SX:
+        """Transport property of the pores in layer `name`, at the start's temperature."""
+        efficiency = self.p[f"{name}.transport_efficiency"]
+        if porosity is not None and name == "negative":
+            efficiency = efficiency * (porosity / self.p["negative.porosity"]) ** BRUGGEMAN
+        activation = self.p[f"electrolyte.{quantity}_activation_J_mol"]
+        warm = kinetics.arrhenius(activation, old["temperature_K"], self.p["reference_K"])
+        c = ca.fmax(salt[self.layout.layers()[name]], kinetics.SALT_FLOOR_mol_m3)
+        bulk = {
+            "diffusivity": self.electrolyte.diffusivity_m2_s,
+            "conductivity": self.electrolyte.conductivity_S_m,
+        }[quantity](c)
+        return bulk * (efficiency * self.p[f"electrolyte.{quantity}_factor"] * warm)

@@ -1,4 +1,4 @@
-"""Where the quantities lie in the state, and in which order the unknowns are eliminated."""
+"""Where the quantities lie in the state, and in which order the salt is eliminated."""
 
 from dataclasses import dataclass
 
@@ -10,13 +10,14 @@ from twin.mesh import Layer, Mesh
 
 @dataclass(frozen=True, slots=True)
 class Layout:
-    """Where the quantities lie in the state and in Newton's vector.
+    """Where the quantities lie in the state.
 
-    State: modes of the negative and positive particles (nodes x modes), salt (nodes left to right),
-    electrolyte potential, reaction current negative, positive, enthalpy potential of both, voltage,
-    temperature. With ageing also, in the negative electrode, films, plated and dead lithium [mol
-    per m3 of electrode], crack length, porosity and total current; in both electrodes the share of
-    active material that is left, and the lithium trapped in the rest (share of what all can hold).
+    Modes of the negative and positive particles (nodes x modes), salt (nodes left to right),
+    reaction current negative, positive, phi_s - phi_e of both at the separator, enthalpy potential
+    of both, voltage, temperature. With ageing also, in the negative electrode, films, plated and
+    dead lithium [mol per m3 of electrode], crack length, porosity, total current, the part of it
+    that strips; in both electrodes the share of active material that is left, and the lithium
+    trapped in the rest (share of what all can hold).
     """
 
     mesh: Mesh
@@ -59,9 +60,8 @@ class Layout:
         n, p = self.electrodes
         m = self.mesh.sphere.size
         base = {
-            "modes_n": n * m, "modes_p": p * m, "salt": self.nodes, "phi": self.nodes,
-            "reaction_n": n, "reaction_p": p, "enthalpy_V": n + p, "voltage_V": 1,
-            "temperature_K": 1,
+            "modes_n": n * m, "modes_p": p * m, "salt": self.nodes, "reaction_n": n,
+            "reaction_p": p, "gap_V": 2, "enthalpy_V": n + p, "voltage_V": 1, "temperature_K": 1,
         }  # fmt: skip
         return base | self.ageing_sizes()
 
@@ -70,7 +70,16 @@ class Layout:
         if not self.ageing:
             return {}
         n, p = self.electrodes
-        names = ("film", "crack_film", "plated", "dead", "crack_m", "porosity", "total_n")
+        names = (
+            "film",
+            "crack_film",
+            "plated",
+            "dead",
+            "crack_m",
+            "porosity",
+            "total_n",
+            "strip_n",
+        )
         out = dict.fromkeys((*names, "left_n", "trapped_n"), n)
         return out | dict.fromkeys(("left_p", "trapped_p"), p)
 
@@ -89,20 +98,7 @@ class Layout:
         return slice(start, start + sizes[name])
 
     def elimination_order(self) -> list[int]:
-        """Positions in [salt, phi, reaction_n, reaction_p] in the order they are eliminated."""
+        """Nodes of the electrolyte in the order they are eliminated: collectors first."""
         n, p = self.electrodes
         total = self.nodes
-        salt, phi, i_n, i_p = 0, total, 2 * total, 2 * total + n
-        left = [k for x in range(n) for k in (salt + x, i_n + x, phi + x)]
-        right = [
-            k
-            for x in reversed(range(p))
-            for k in (salt + total - p + x, i_p + x, phi + total - p + x)
-        ]
-        inner = range(n, total - p)
-        return left + right + [k for x in inner for k in (salt + x, phi + x)]
-
-    @property
-    def grounded(self) -> int:
-        """Inner separator node at which phi_e is 0: the last one eliminated."""
-        return self.nodes - self.electrodes[1] - 1
+        return [*range(n), *reversed(range(total - p, total)), *range(n, total - p)]

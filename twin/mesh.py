@@ -32,6 +32,15 @@ def lobatto(order: int) -> tuple[FloatArray, FloatArray, FloatArray]:
     return (x + 1) / 2, weight / 2, 2 * slope
 
 
+@cache
+def antiderivative(order: int) -> FloatArray:
+    """(p + 1, p + 1) integral over [0, node] of what is interpolated at the nodes of [0, 1]."""
+    x, _, _ = lobatto(order)
+    to_legendre = np.linalg.inv(legendre.legvander(2 * x - 1, order))
+    rows = [legendre.legval(2 * x - 1, legendre.legint(c, lbnd=-1)) / 2 for c in to_legendre.T]
+    return np.array(rows).T
+
+
 @dataclass(frozen=True, slots=True, eq=False)
 class Element:
     """One element: its nodes in the domain, its quadrature weights and its derivative matrix."""
@@ -48,6 +57,9 @@ class Layer:
     Attributes:
         edges: ends of the elements, from 0 to 1, left to right.
         orders: polynomial order of each element.
+        x: (n,) nodes.
+        weight: (n,) of quadrature; their sum is 1.
+        integral: (n, n) integral from 0 to each node of what is given at all nodes.
     """
 
     edges: tuple[float, ...]
@@ -55,10 +67,12 @@ class Layer:
     elements: tuple[Element, ...] = field(init=False, repr=False, compare=False)
     x: FloatArray = field(init=False, repr=False, compare=False)
     weight: FloatArray = field(init=False, repr=False, compare=False)
+    integral: FloatArray = field(init=False, repr=False, compare=False)
 
     def __post_init__(self) -> None:
         n = sum(self.orders) + 1
         x, weight, elements, first = np.zeros(n), np.zeros(n), [], 0
+        integral = np.zeros((n, n))
         for left, right, order in zip(self.edges[:-1], self.edges[1:], self.orders, strict=True):
             node, w, slope = lobatto(order)
             length = right - left
@@ -67,10 +81,13 @@ class Layer:
             weight[span] += length * w
             nodes = tuple(range(first, first + order + 1))
             elements.append(Element(nodes, length * w, slope / length))
+            integral[span, span] += length * antiderivative(order)
+            integral[first + order + 1 :, span] += length * w
             first += order
         object.__setattr__(self, "elements", tuple(elements))
         object.__setattr__(self, "x", x)
         object.__setattr__(self, "weight", weight)
+        object.__setattr__(self, "integral", integral)
 
     @property
     def size(self) -> int:

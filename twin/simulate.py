@@ -20,10 +20,11 @@ from twin.kernel import Backend, kernel
 from twin.kinetics import SURFACE_MARGIN, SALT_FLOOR_mol_m3
 from twin.load import Between, Load
 from twin.mesh import Mesh, electrode_mesh
+from twin.newton import CONVERGED_V
 from twin.pack import Pack
 from twin.parameters import vector
 from twin.solution import LithiumAudit, Solution, Status
-from twin.step import CONVERGED_V, OUTPUTS, StepModel
+from twin.step import OUTPUTS, StepModel
 
 FloatArray = npt.NDArray[np.float64]
 

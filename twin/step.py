@@ -1,36 +1,35 @@
 """One implicit time step of the P2D model as a CasADi function: all balances put together.
 
-Unknown at each electrode node after the step: salt c, reaction current i (oxidation positive),
-electrolyte potential phi_e; at an inner separator node c and phi_e. The solid potential is
-explicit, phi_s = phi_e + U(x_surface(i)) + eta(i): the particles are eliminated (particle.py).
-
-Residuals, per test function of the mesh:
-  salt    eps L w (c - c_old) + h [weak divergence of D dc/dx] - h (1 - t+) a L w mean(i) / F
-  charge  [weak divergence of kappa (dphi_e/dx - 2RT/F (1 - t+) dln c/dx)] - a L w i
-  solid   [weak divergence of sigma dphi_s/dx] + a L w i - current at the collector
-Their sums are linear in the unknowns, so any Newton iterate conserves salt and charge to rounding.
-phi_e is grounded at an inner separator node, whose charge balance the others imply. Elimination
-runs from both collectors to the separator; paired as salt-c, solid-i, charge-phi_e the diagonal
-holds a capacity, a positive charge-transfer resistance and a conductance: no pivot is near zero.
+Unknown after the step are, in each electrode, the reaction current i at every node (oxidation
+positive) and the gap u between solid and electrolyte at the separator. All else follows from them:
+  particles   x_surface = known - gain i                              (particle.py, exact)
+  salt        c = known + response (current through the surfaces)     (electrolyte.py)
+  potentials  phi_s - phi_e = u + losses (current through them)       (electrode.py, Ohm's law)
+so Newton's method is left with, at every node and for each electrode as a whole,
+  phi_s - phi_e = U(x_surface) + eta(i, c) + film loss,    sum of a L w i = current drawn.
+Both electrodes are solved each for itself; they meet in the salt, which every iteration takes
+along. The sums of lithium, salt and charge are exact for any iterate.
 
 In time: salt diffusion backward Euler; reactions run straight over the step, for which particles
-are exact and heat is the exact mean of its factors' products. A step of length 0 answers a jump.
+are exact and heat is the exact mean of its factors' products. Transport properties are those at the
+start (diffusivity) and at a first guess of the end (conductivity). A step of length 0 answers a
+jump.
 """
 
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import casadi as ca
 import numpy as np
 import numpy.typing as npt
 
-from twin import elimination
+from twin import inventory, newton
 from twin.cell import Cell
-from twin.constants import FARADAY_C_mol
-from twin.degradation import DegradationSymbols
+from twin.degradation import Begun, DegradationSymbols
 from twin.effects import Mechanics, self_heating
 from twin.electrode import ElectrodeSymbols
 from twin.electrolyte import ElectrolyteSymbols
+from twin.kinetics import SALT_FLOOR_mol_m3
 from twin.layout import Layout
 from twin.mesh import Mesh
 from twin.parameters import (
@@ -41,11 +40,7 @@ from twin.parameters import (
 )
 
 FloatArray = npt.NDArray[np.float64]
-
-CONVERGED_V = 3e-4
-"""Newton stops when a correction moves no potential by more: being quadratic, what is left after it
-was measured to be below 1e-6 V."""
-MAX_ITERATIONS = 8
+Both = tuple[ca.SX, ca.SX]
 
 DRIVE = ("step_s", "current_A", "ambient_K", "heat_transfer_W_m2_K", "self_heating")
 """What drives a step: its length, the current of one cell at its end, and self-heating 0 or 1."""
@@ -63,32 +58,90 @@ and 1, `negative_mean` the negative electrode's mean stoichiometry."""
 
 
 @dataclass(frozen=True, slots=True)
-class _Unknown:
-    """Newton's vector: salt and potential (nodes,), reaction in each electrode [A/m2]."""
+class Unknown:
+    """What Newton's method is after.
 
+    Attributes:
+        reactions: in the negative and positive electrode, (n,) each [A/m2].
+        gap_V: (2,) phi_s - phi_e of both at the separator.
+        salt: (nodes,) that follows from the reactions [mol/m3].
+    """
+
+    reactions: Both
+    gap_V: ca.SX
     salt: ca.SX
-    phi: ca.SX
-    reaction_n: ca.SX
-    reaction_p: ca.SX
 
     def vector(self) -> ca.SX:
-        return ca.vertcat(self.salt, self.phi, self.reaction_n, self.reaction_p)
+        """All of it."""
+        return ca.vertcat(*self.reactions, self.gap_V, self.salt)
 
 
 @dataclass(frozen=True, slots=True)
-class _Surface:
+class Side:
+    """What a step knows of one electrode before its equations are solved.
+
+    Attributes:
+        modes: of the particles (n, modes) for an end current of 0.
+        lost: what each mode loses per end current, (n or 1, modes).
+        surface: (n,) sum of the modes.
+        gain: (n,) sum of what they lose.
+        losses_ohm_m2: (n, n) `ElectrodeSymbols.losses_ohm_m2`.
+    """
+
+    modes: ca.SX
+    lost: ca.SX
+    surface: ca.SX
+    gain: ca.SX
+    losses_ohm_m2: ca.SX
+
+    def all(self) -> list[ca.SX]:
+        """One after the other."""
+        return [self.modes, self.lost, self.surface, self.gain, self.losses_ohm_m2]
+
+
+@dataclass(frozen=True, slots=True)
+class Ready:
+    """What a step knows before its equations are solved.
+
+    Attributes:
+        sides: of the negative and positive electrode.
+        separator_ohm_m2: () of the electrolyte in it.
+        salt: (nodes,) after the step, but for
+        response: (nodes, n + p) salt per current that leaves the solid at the end of the step.
+        begun: (n, fields) of `Begun`; empty without ageing.
+    """
+
+    sides: tuple[Side, Side]
+    separator_ohm_m2: ca.SX
+    salt: ca.SX
+    response: ca.SX
+    begun: ca.SX
+
+    def all(self) -> list[ca.SX]:
+        """One after the other."""
+        own = [self.separator_ohm_m2, self.salt, self.response, self.begun]
+        return [*self.sides[0].all(), *self.sides[1].all(), *own]
+
+    def alike(self) -> "Ready":
+        """Symbols of the same shapes."""
+        new = [ca.SX.sym("ready", *value.shape) for value in self.all()]
+        return Ready((Side(*new[:5]), Side(*new[5:10])), *new[10:])
+
+
+@dataclass(frozen=True, slots=True)
+class Surface:
     """Of one electrode's particles at the end of a step; all (n,).
 
     Attributes:
-        phi_s: potential of the solid.
+        needed_V: phi_s - phi_e that the reaction and the films take.
         total: current through the surface, side reactions included [A/m2].
-        released: lithium that left for the electrolyte, mean of the step, as a current [A/m2].
+        strip: the part of it that strips plated lithium.
         plated: metallic lithium after the step; empty without ageing.
     """
 
-    phi_s: ca.SX
+    needed_V: ca.SX
     total: ca.SX
-    released: ca.SX
+    strip: ca.SX
     plated: ca.SX
 
 
@@ -115,275 +168,244 @@ class StepModel:
             if ageing
             else None
         )
+        self.state = ca.SX.sym("state", self.layout.size)
+        self.drive = ca.SX.sym("drive", len(DRIVE))
+        self._old = self.layout.split(self.state)
 
     @property
-    def electrodes(self) -> tuple[tuple[str, ElectrodeSymbols], ...]:
-        """Suffix in the state's names, and the electrode."""
-        return ("n", self.negative), ("p", self.positive)
+    def electrodes(self) -> tuple[ElectrodeSymbols, ElectrodeSymbols]:
+        """Negative and positive."""
+        return self.negative, self.positive
 
     def initial_state(
         self, soc: float, temperature_K: float, values: Mapping[str, float]
     ) -> FloatArray:
         """A rested cell: uniform at `soc` of the stoichiometry window, no current."""
-        layout, state = self.layout, np.zeros(self.layout.size)
-        for (key, side), charge in zip(self.electrodes, (soc, 1.0 - soc), strict=True):
-            low, high = (values[f"{side.name}.stoichiometry_{end}"] for end in ("min", "max"))
-            modes = state[layout.slice_of(f"modes_{key}")]
-            modes[: side.layer.size] = low + charge * (high - low)
-        state[layout.slice_of("salt")] = values["electrolyte.initial_concentration_mol_m3"]
-        state[layout.slice_of("temperature_K")] = temperature_K
-        if self.ageing:
-            film, crack_film = self.ageing.first_films(values)
-            first = {"film": film, "crack_film": crack_film, "left_n": 1.0, "left_p": 1.0}
-            first |= {"crack_m": values["cracking.initial_length_m"]}
-            first |= {"porosity": values["negative.porosity"]}
-            for name, value in first.items():
-                state[layout.slice_of(name)] = value
-        return state
+        return inventory.initial_state(self.layout, soc, temperature_K, values)
 
     def lithium_mol(self, state: FloatArray, values: Mapping[str, float]) -> dict[str, float]:
         """Where the lithium of one cell is [mol]."""
-        area, layout = values["area_m2"], self.layout
-
-        def total(name: str, of: str) -> float:
-            span = layout.slice_of(name)
-            nodes = layout.layer(of).size
-            return float(
-                area * values[f"{of}.thickness_m"] * (layout.layer(of).weight @ state[span][:nodes])
-            )
-
-        out = {}
-        for key, side in self.electrodes:
-            own = {k.partition(".")[2]: v for k, v in values.items() if k.startswith(side.name)}
-            solid = own["specific_area_m2_m3"] * own["particle_radius_m"] / 3
-            mean = state[layout.slice_of(f"modes_{key}")][: side.layer.size]
-            left = state[layout.slice_of(f"left_{key}")] if self.ageing else 1.0
-            held = own["max_concentration_mol_m3"] * solid * area * own["thickness_m"]
-            out[side.name] = float(held * (side.layer.weight @ (mean * left)))
-            if self.ageing:
-                trapped = state[layout.slice_of(f"trapped_{key}")]
-                out[f"trapped_{side.name}"] = float(held * (side.layer.weight @ trapped))
-        salt, dissolved = state[layout.slice_of("salt")], 0.0
-        for name, span in layout.layers().items():
-            porosity = np.array(values[f"{name}.porosity"])
-            if self.ageing and name == "negative":
-                porosity = state[layout.slice_of("porosity")]
-            weight = layout.layer(name).weight * values[f"{name}.thickness_m"]
-            dissolved += float(area * weight @ (porosity * salt[span]))
-        out["electrolyte"] = dissolved
-        if self.ageing:
-            names = {"film": "sei", "crack_film": "sei_on_cracks"} | {
-                k: k for k in ("plated", "dead")
-            }
-            out |= {said: total(name, "negative") for name, said in names.items()}
-        return out
+        return inventory.lithium_mol(self.layout, state, values)
 
     def step(self) -> ca.Function:
         """The kernel: (state, drive, p) -> (next state, OUTPUTS); drive as in DRIVE."""
-        prepare, newton, finish = self._prepare(), self._newton(), self._finish()
-        state = ca.MX.sym("state", self.layout.size)
-        drive = ca.MX.sym("drive", len(DRIVE))
-        p = ca.MX.sym("p", len(self.p))
-        guess, *prepared = prepare(state, drive, p)
-        refine = self._refine(newton)
-        z, correction = newton(guess, *prepared[:4], state, drive, p)
-        for _ in range(MAX_ITERATIONS - 1):
-            z, correction = refine(
-                correction > CONVERGED_V, correction, z, *prepared[:4], state, drive, p
+        ready = self.prepared()
+        given = [self.state, self.drive, self.p.vector]
+        prepare = ca.Function("prepare", given, [self._guess(ready).vector(), *ready.all()])
+        z, known = self.unknown(), ready.alike()
+        inputs = [z.vector(), *known.all(), *given]
+        correct = ca.Function("correct", inputs, list(newton.corrected(self, z, known)))
+        finish = ca.Function("finish", inputs, list(self.finished(z, known)))
+        return newton.joined(prepare, correct, finish)
+
+    def unknown(self) -> Unknown:
+        """Fresh symbols."""
+        n, p = (ca.SX.sym("i", side.layer.size) for side in self.electrodes)
+        return Unknown((n, p), ca.SX.sym("gap", 2), ca.SX.sym("salt", self.layout.nodes))
+
+    def prepared(self) -> Ready:
+        """`Ready` as expressions of state, drive and parameters."""
+        old = self._old
+        begun = self.ageing.begin(old, self.drive[0]) if self.ageing else None
+        porosity = begun.porosity if begun else None
+        salt, response = self.electrolyte.diffuse(old, self.drive[0], porosity)
+        salt, response = salt + response @ self.transfer(self._old_totals()) / 2, response / 2
+        expected = salt + response @ self.transfer(self._expected_totals())
+        conductivity = self.electrolyte.conductivity_S_m
+        sides = []
+        for side, start in zip(self.electrodes, self.start_currents(begun), strict=True):
+            kept, lost = side.diffuse(
+                old[f"modes_{side.key}"], start, old["temperature_K"], self.drive[0]
             )
-        following, out = finish(z, *prepared[4:], state, drive, p)
-        out = ca.vertcat(out[:3], correction, out[3:])
-        names = ["state", "drive", "p"], ["next", "out"]
-        return ca.Function("step", [state, drive, p], [following, out], *names)
+            gain = ca.repmat(ca.sum2(lost), side.layer.size // lost.shape[0], 1)
+            losses = side.losses_ohm_m2(conductivity(side.name, expected, old, porosity))
+            sides.append(Side(kept, lost, ca.sum2(kept), gain, losses))
+        weight = ca.DM(self.layout.layer("separator").weight)
+        between = ca.dot(weight, 1 / conductivity("separator", expected, old, None))
+        return Ready(
+            (sides[0], sides[1]),
+            between * self.p["separator.thickness_m"],
+            salt,
+            response,
+            begun.packed() if begun else ca.SX(0, 0),
+        )
 
-    def _prepare(self) -> ca.Function:
-        """(state, drive, p) -> guess, surfaces at no end flux and their gains, modes and losses."""
-        state, drive = ca.SX.sym("state", self.layout.size), ca.SX.sym("drive", len(DRIVE))
-        old = self.layout.split(state)
-        area = self.p["area_m2"]
-        drawn_A = area * ca.dot(self._area("n", old), self._old_total("n", old))
-        guess, surfaces, gains, kept, losses = [old["salt"], old["phi"]], [], [], [], []
-        for key, side in self.electrodes:
-            modes, reaction = old[f"modes_{key}"], old[f"reaction_{key}"]
-            known, loss = side.diffuse(modes, reaction, old["temperature_K"], drive[0])
-            surfaces.append(ca.sum2(known))
-            gains.append(ca.repmat(ca.sum2(loss), side.layer.size // loss.shape[0], 1))
-            kept.append(known)
-            losses.append(loss)
-            change = side.outward * (drive[1] - drawn_A)
-            guess.append(reaction + change / (area * ca.sum1(self._area(key, old))))
-        outputs = [ca.vertcat(*guess), *surfaces, *gains, *kept, *losses]
-        return ca.Function("prepare", [state, drive, self.p.vector], outputs)
+    def start_currents(self, begun: Begun | None) -> Both:
+        """Intercalation when the step starts [A/m2]: what side reactions leave of the current."""
+        old = self._old
+        if not begun:
+            return old["reaction_n"], old["reaction_p"]
+        return old["total_n"] - old["strip_n"] - begun.current_A_m2, old["reaction_p"]
 
-    def _newton(self) -> ca.Function:
-        """(z, surfaces, gains, state, drive, p) -> z corrected, largest change of a potential."""
-        layout = self.layout
-        sizes = layout.electrodes
-        z = _Unknown(*(ca.SX.sym("z", n) for n in (layout.nodes, layout.nodes, *sizes)))
-        surfaces, gains = ([ca.SX.sym("x", n) for n in sizes] for _ in range(2))
-        state, drive = ca.SX.sym("state", layout.size), ca.SX.sym("drive", len(DRIVE))
-        old = layout.split(state)
-        at_surface = [
-            surfaces[0] - gains[0] * z.reaction_n,
-            surfaces[1] - gains[1] * z.reaction_p,
-        ]
-        surface = self._surfaces(z, at_surface, old, drive[0])
-        phi_s = [s.phi_s for s in surface]
-        order = layout.elimination_order()
-        residual = self._residual(z, surface, old, drive)[order]
-        jacobian = ca.jacobian(residual, z.vector())[:, order]
-        solution = elimination.solve(jacobian, -residual)
-        correction = solution[np.argsort(order).tolist()]
-        solid_change = ca.jtimes(ca.vertcat(*phi_s), z.vector(), correction)
-        phi_change = correction[layout.nodes : 2 * layout.nodes]
-        largest_V = ca.norm_inf(ca.vertcat(phi_change, solid_change))
-        inputs = [z.vector(), *surfaces, *gains, state, drive, self.p.vector]
-        return ca.Function("newton", inputs, [z.vector() + correction, largest_V])
+    def _old_totals(self) -> Both:
+        """Currents through the surfaces at the start of the step [A/m2]."""
+        return self._old["total_n" if self.ageing else "reaction_n"], self._old["reaction_p"]
 
-    def _refine(self, newton: ca.Function) -> ca.Function:
-        """(wanted, correction, z, ...) -> one more iteration if wanted, else as it is."""
-        inputs = [ca.MX.sym("correction_V"), *newton.mx_in()]
-        more = ca.Function("more", inputs, list(newton(*inputs[1:])))
-        enough = ca.Function("enough", inputs, [inputs[1], inputs[0]])
-        return ca.Function.if_else("refine", more, enough)
+    def _expected_totals(self) -> Both:
+        """A first guess of them at its end: all of an electrode changes alike."""
+        negative, positive = (
+            total + self._missing(side, total) / ca.sum1(self._area(side))
+            for side, total in zip(self.electrodes, self._old_totals(), strict=True)
+        )
+        return negative, positive
 
-    def _area(self, key: str, old: Mapping[str, ca.SX]) -> ca.SX:
+    def _guess(self, ready: Ready) -> Unknown:
+        totals, old = self._expected_totals(), self._old
+        beside = self._old_totals()[0] - old["reaction_n"]
+        salt = ready.salt + ready.response @ self.transfer(totals)
+        return Unknown((totals[0] - beside, totals[1]), old["gap_V"], salt)
+
+    def _area(self, side: ElectrodeSymbols) -> ca.SX:
         """Active surface of each node of an electrode per coated area (n,)."""
-        side = self.negative if key == "n" else self.positive
-        return side.area_per_node(old[f"left_{key}"] if self.ageing else 1.0)
+        return side.area_per_node(self._old[f"left_{side.key}"] if self.ageing else 1.0)
 
-    def _old_total(self, key: str, old: Mapping[str, ca.SX]) -> ca.SX:
-        """Current through the surface at the start of the step (n,) [A/m2]."""
-        return old["total_n"] if self.ageing and key == "n" else old[f"reaction_{key}"]
+    def transfer(self, totals: Both) -> ca.SX:
+        """(n + p,) current that leaves the solid at each node [A/m2 of coated area]."""
+        return ca.vertcat(*map(self.transfer_of, self.electrodes, totals))
 
-    def _surfaces(
-        self, z: _Unknown, at_surface: list[ca.SX], old: Mapping[str, ca.SX], step_s: ca.SX
-    ) -> tuple[_Surface, _Surface]:
+    def transfer_of(self, side: ElectrodeSymbols, total: ca.SX) -> ca.SX:
+        """(n,) the same of one electrode."""
+        return self._area(side) * total
+
+    def _missing(self, side: ElectrodeSymbols, total: ca.SX) -> ca.SX:
+        """() current drawn less what leaves the solid [A/m2 of coated area]."""
+        drawn = side.outward * self.drive[1] / self.p["area_m2"]
+        return drawn - ca.sum1(self.transfer_of(side, total))
+
+    def surfaces(self, z: Unknown, ready: Ready) -> tuple[Surface, Surface]:
         """What happens at the particles of both electrodes at the end of the step."""
-        out = []
-        for (key, side), x, reaction in zip(
-            self.electrodes, at_surface, (z.reaction_n, z.reaction_p), strict=True
-        ):
-            span = self.layout.layers()[side.name]
-            over = side.potential_V(x, reaction, z.salt[span], old["temperature_K"])
-            intercalated = (reaction + old[f"reaction_{key}"]) / 2
-            if self.ageing and key == "n":
-                begun = self.ageing.begin(old, step_s)
-                plated, strip = self.ageing.strip(begun, old, over, z.salt[span], step_s)
-                beside = strip + begun.current_A_m2
-                total = reaction + beside
-                drop = total * (begun.resistance_ohm_m2 + side("film_ohm_m2"))
-                out.append(
-                    _Surface(z.phi[span] + over + drop, total, intercalated + beside, plated)
-                )
-            else:
-                drop = reaction * side("film_ohm_m2")
-                out.append(_Surface(z.phi[span] + over + drop, reaction, intercalated, ca.SX()))
+        out, temperature = [], self._old["temperature_K"]
+        for side, own, reaction in zip(self.electrodes, ready.sides, z.reactions, strict=True):
+            salt = z.salt[self.layout.layers()[side.name]]
+            over = side.potential_V(own.surface - own.gain * reaction, reaction, salt, temperature)
+            total, film, strip, plated = reaction, side("film_ohm_m2"), ca.SX(0), ca.SX()
+            if self.ageing and side is self.negative:
+                begun = Begun.unpacked(ready.begun)
+                plated, strip = self.ageing.strip(begun, self._old, over, salt, self.drive[0])
+                total = reaction + strip + begun.current_A_m2
+                film = film + begun.resistance_ohm_m2
+            out.append(Surface(over + total * film, total, strip, plated))
         return out[0], out[1]
 
-    def _residual(
-        self,
-        z: _Unknown,
-        surfaces: tuple[_Surface, _Surface],
-        old: Mapping[str, ca.SX],
-        drive: ca.SX,
-    ) -> ca.SX:
-        """All balances, in the order of `_Unknown.vector`."""
-        step_s, current_A = drive[0], drive[1]
-        porosity = self.ageing.begin(old, step_s).porosity if self.ageing else None
-        salt, charge = self.electrolyte.balances(z.salt, z.phi, old, step_s, porosity)
-        t_plus = self.p["electrolyte.transference"]
-        solid = []
-        for (key, side), surface in zip(self.electrodes, surfaces, strict=True):
-            span, area = self.layout.layers()[side.name], self._area(key, old)
-            carried = t_plus * (surface.total + self._old_total(key, old)) / 2
-            salt[span] -= step_s / FARADAY_C_mol * area * (surface.released - carried)
-            charge[span] -= area * surface.total
-            solid.append(side.solid_charge(surface.phi_s, area * surface.total, current_A))
-        charge[self.layout.grounded] = z.phi[self.layout.grounded]
-        return ca.vertcat(salt, charge, *solid)
+    def misses(
+        self, z: Unknown, ready: Ready, surfaces: tuple[Surface, Surface]
+    ) -> list[tuple[ca.SX, ca.SX]]:
+        """What Newton's method makes zero.
 
-    def _finish(self) -> ca.Function:
-        """(z, modes, losses, state, drive, p) -> next state, OUTPUTS but for the correction."""
-        layout, m = self.layout, self.layout.mesh.sphere.size
-        z = _Unknown(*(ca.SX.sym("z", n) for n in (layout.nodes, layout.nodes, *layout.electrodes)))
-        state, drive = ca.SX.sym("state", layout.size), ca.SX.sym("drive", len(DRIVE))
-        old = layout.split(state)
-        kept, losses, modes = [], [], []
-        for (_, side), reaction in zip(self.electrodes, (z.reaction_n, z.reaction_p), strict=True):
-            rows = 1 if side.uniform_diffusivity else side.layer.size
-            kept.append(ca.SX.sym("kept", side.layer.size, m))
-            losses.append(ca.SX.sym("loss", rows, m))
-            lost = ca.repmat(losses[-1], side.layer.size // rows, 1)
-            modes.append(kept[-1] - lost * ca.repmat(reaction, 1, m))
-        surfaces = [ca.sum2(q) for q in modes]
-        ends = self._surfaces(z, surfaces, old, drive[0])
-        voltage = ends[1].phi_s[-1] - ends[0].phi_s[0] - self.p["series_resistance_ohm"] * drive[1]
-        enthalpy, heat, temperature = self._heat(z, surfaces, voltage, old, drive)
-        following = ca.vertcat(
-            *(ca.vec(q) for q in modes), z.vector(), enthalpy, voltage, temperature
+        Of each electrode: phi_s - phi_e less what the surface needs (n,) [V], and the current that
+        is missing () [A/m2 of coated area].
+        """
+        out = []
+        for k, (side, own, surface) in enumerate(
+            zip(self.electrodes, ready.sides, surfaces, strict=True)
+        ):
+            log_salt = ca.log(self.floored(side, z.salt))
+            there = z.gap_V[k] + side.solid_V(self.drive[1])
+            there -= own.losses_ohm_m2 @ self.transfer_of(side, surface.total)
+            there -= self.diffusion_V() * (log_salt - log_salt[side.separator])
+            out.append((there - surface.needed_V, self._missing(side, surface.total)))
+        return out
+
+    def diffusion_V(self) -> ca.SX:
+        """() potential in the electrolyte per change of ln c."""
+        return self.electrolyte.diffusion_V(self._old["temperature_K"])
+
+    def floored(self, side: ElectrodeSymbols, salt: ca.SX) -> ca.SX:
+        """(n,) salt in an electrode, kept positive for logarithms."""
+        own: ca.SX = ca.fmax(salt[self.layout.layers()[side.name]], SALT_FLOOR_mol_m3)
+        return own
+
+    def finished(self, z: Unknown, ready: Ready) -> Both:
+        """Next state, OUTPUTS but for the correction."""
+        surfaces = self.surfaces(z, ready)
+        totals, reactions = (surfaces[0].total, surfaces[1].total), z.reactions
+        if self.ageing:  # what Newton left of nonlinear side reactions goes into the particles
+            extra = self._missing(self.negative, totals[0]) / ca.sum1(self._area(self.negative))
+            totals, reactions = (totals[0] + extra, totals[1]), (reactions[0] + extra, reactions[1])
+        modes = self._modes(reactions, surfaces[0], ready)
+        salt = ready.salt + ready.response @ self.transfer(totals)
+        ends = ca.sum2(modes[0]), ca.sum2(modes[1])
+        voltage = self._voltage_V(Unknown(reactions, z.gap_V, salt), totals, ready)
+        begun = Begun.unpacked(ready.begun) if self.ageing else None
+        enthalpy, heat, temperature = self._heat(
+            (self.start_currents(begun), reactions), ends, voltage
         )
-        if self.ageing:  # what Newton left of the nonlinear side reactions goes where it belongs
-            area = self.p["area_m2"] * self._area("n", old)
-            missing_A = drive[1] - ca.dot(area, ends[0].total)
-            whole = replace(ends[0], total=ends[0].total + missing_A / ca.sum1(area))
-            ends = (whole, ends[1])
-            row = self._residual(z, ends, old, drive)[: layout.nodes]
-            pores = self.electrolyte.pores_m(self.ageing.begin(old, drive[0]).porosity)
-            following[layout.slice_of("salt")] -= row / pores
-            following = self._aged(following, ends[0], modes, old, drive[0])
-        x = ca.vertcat(*surfaces)
+        parts = [*(ca.vec(q) for q in modes), salt, *reactions, z.gap_V, enthalpy, voltage]
+        following = ca.vertcat(*parts, temperature)
+        if begun:
+            following = self._aged(following, begun, (surfaces[0], totals[0]), modes)
+        x = ca.vertcat(*ends)
         mean = ca.dot(ca.DM(self.negative.layer.weight), modes[0][:, 0])
-        outputs = ca.vertcat(
-            voltage, temperature, heat, ca.mmin(z.salt), ca.mmin(ca.fmin(x, 1 - x)), mean
-        )
-        inputs = [z.vector(), *kept, *losses, state, drive, self.p.vector]
-        return ca.Function("finish", inputs, [following, outputs])
+        margin = ca.mmin(ca.fmin(x, 1 - x))
+        return following, ca.vertcat(voltage, temperature, heat, ca.mmin(salt), margin, mean)
+
+    def _modes(self, reactions: Both, negative: Surface, ready: Ready) -> Both:
+        """Of the particles after the step."""
+        out = []
+        for side, own, reaction in zip(self.electrodes, ready.sides, reactions, strict=True):
+            n, m = own.modes.shape
+            lost = ca.repmat(own.lost, n // own.lost.shape[0], 1)
+            modes = own.modes - lost * ca.repmat(reaction, 1, m)
+            if self.ageing and side is self.negative:
+                # the strip current is a mean, the total runs straight: half its change is left over
+                modes[:, 0] += lost[:, 0] * (negative.strip - self._old["strip_n"])
+            out.append(modes)
+        return out[0], out[1]
+
+    def _voltage_V(self, end: Unknown, totals: Both, ready: Ready) -> ca.SX:
+        """At the terminals of the cell."""
+        current_A = self.drive[1]
+        gaps = [
+            gap + side.collector_V(current_A, self.transfer_of(side, total))
+            for side, gap, total in zip(
+                self.electrodes, ca.vertsplit(end.gap_V), totals, strict=True
+            )
+        ]
+        left, right = (self.floored(side, end.salt)[side.separator] for side in self.electrodes)
+        across = self.diffusion_V() * ca.log(right / left)
+        across -= ready.separator_ohm_m2 * current_A / self.p["area_m2"]
+        return gaps[1] - gaps[0] + across - self.p["series_resistance_ohm"] * current_A
 
     def _aged(
-        self,
-        following: ca.SX,
-        negative: _Surface,
-        modes: list[ca.SX],
-        old: Mapping[str, ca.SX],
-        step_s: ca.SX,
+        self, following: ca.SX, begun: Begun, negative: tuple[Surface, ca.SX], modes: Both
     ) -> ca.SX:
         """The next state with its ageing part; lost surface leaves a node's current as it was."""
         assert self.ageing is not None
-        begun = self.ageing.begin(old, step_s)
-        parts = dict(zip(("n", "p"), modes, strict=True))
-        aged = self.ageing.end(begun, old, parts, negative.plated, step_s)
-        aged["total_n"] = negative.total * old["left_n"] / aged["left_n"]
+        old, (surface, total) = self._old, negative
+        aged = self.ageing.end(begun, old, modes, surface.plated, self.drive[0])
+        ratio = old["left_n"] / aged["left_n"]
+        aged |= {"total_n": total * ratio, "strip_n": surface.strip * ratio}
         for key in ("n", "p"):
             span = self.layout.slice_of(f"reaction_{key}")
             following[span] *= old[f"left_{key}"] / aged[f"left_{key}"]
         return ca.vertcat(following, *(aged[name] for name in self.layout.ageing_sizes()))
 
     def _heat(
-        self, z: _Unknown, surfaces: list[ca.SX], voltage: ca.SX, old: Mapping[str, ca.SX],
-        drive: ca.SX,
-    ) -> tuple[ca.SX, ca.SX, ca.SX]:  # fmt: skip
-        """Enthalpy potential at all electrode nodes, heat and temperature after the step."""
-        step_s, current_A, ambient_K, transfer_W_m2_K, heating = ca.vertsplit(drive)
-        temperature = old["temperature_K"]
+        self, reactions: tuple[Both, Both], surfaces: Both, voltage: ca.SX
+    ) -> tuple[ca.SX, ca.SX, ca.SX]:
+        """Enthalpy potential at all electrode nodes, heat and temperature after the step.
+
+        `reactions` at its start and end, `surfaces` (stoichiometry) and voltage at its end.
+        """
+        step_s, current_A, ambient_K, transfer_W_m2_K, heating = ca.vertsplit(self.drive)
+        old = self._old
+        temperature, area = old["temperature_K"], self.p["area_m2"]
         enthalpy = ca.vertcat(
             *(
                 side.enthalpy_V(surface, temperature)
-                for (_, side), surface in zip(self.electrodes, surfaces, strict=True)
+                for side, surface in zip(self.electrodes, surfaces, strict=True)
             )
         )
-        areas = self.p["area_m2"] * ca.vertcat(*(self._area(k, old) for k, _ in self.electrodes))
-        before_A = areas * ca.vertcat(old["reaction_n"], old["reaction_p"])
-        after_A = areas * ca.vertcat(z.reaction_n, z.reaction_p)
+        before_A, after_A = (area * self.transfer(both) for both in reactions)
         n = self.negative.layer.size
-        drawn_A = ca.dot(areas[:n], self._old_total("n", old))
+        drawn_A = area * ca.sum1(self.transfer(self._old_totals())[:n])
         mean_W = self_heating.mean_released_W(
             (before_A, after_A), (old["enthalpy_V"], enthalpy), (drawn_A, current_A),
             (old["voltage_V"], voltage),
         )  # fmt: skip
-        cooling_W_K = transfer_W_m2_K * self.p["cooling_area_m2"]
         warmer_K = self_heating.rise_K(
-            temperature - ambient_K, mean_W, cooling_W_K, self.p["heat_capacity_J_K"], step_s
-        )
+            temperature - ambient_K, mean_W, transfer_W_m2_K * self.p["cooling_area_m2"],
+            self.p["heat_capacity_J_K"], step_s,
+        )  # fmt: skip
         heat = self_heating.released_W(after_A, enthalpy, current_A, voltage)
         return enthalpy, heat, temperature + heating * warmer_K

@@ -12,7 +12,7 @@ import casadi as ca
 import numpy as np
 
 from twin import elimination
-from twin.step import DRIVE, StepModel, _Unknown
+from twin.step import StepModel, Unknown
 
 
 @dataclass(frozen=True, slots=True)
@@ -23,7 +23,7 @@ class Tangent:
 
     def solved(self, after: ca.DM) -> ca.DM:
         """(unknowns, m) what Newton found in steps that ended in `after` (states, m)."""
-        names = "salt", "phi", "reaction_n", "reaction_p"
+        names = "reaction_n", "reaction_p", "gap_V", "salt"
         return ca.vertcat(*(after[self.model.layout.slice_of(name), :] for name in names))
 
     def step(self, directions: int) -> ca.Function:
@@ -31,34 +31,34 @@ class Tangent:
 
         All d have one column per direction.
         """
-        layout, parameters = self.model.layout, self.model.p.vector
-        sizes = layout.nodes, layout.nodes, *layout.electrodes
-        z = _Unknown(*(ca.SX.sym("z", n) for n in sizes))
-        y = ca.SX.sym("state", layout.size), ca.SX.sym("drive", len(DRIVE)), parameters
+        model, layout = self.model, self.model.layout
+        y, z = (model.state, model.drive, model.p.vector), model.unknown()
         dy = [ca.SX.sym(f"d{i}", v.numel(), directions) for i, v in enumerate(y)]
-        residual, following = self._equations(z, *y)
+        residual, following = self._equations(z)
         by_y = ca.jtimes(residual, ca.vertcat(*y), ca.vertcat(*dy))
-        order = layout.elimination_order()
+        order = self._order()
         jacobian = ca.jacobian(residual, z.vector())[order, order]
         solution = elimination.solve(jacobian, -by_y[order, :])
         dz = solution[np.argsort(order).tolist(), :]
         whole = ca.vertcat(z.vector(), *y)
-        result = ca.jtimes(following, whole, ca.vertcat(dz, *dy))
+        result = ca.cse(ca.jtimes(following, whole, ca.vertcat(dz, *dy)))
         inputs = [dy[0], z.vector(), *y, dy[1], dy[2]]
-        result = ca.cse(result)
         shown = [result[layout.slice_of(name), :] for name in ("voltage_V", "temperature_K")]
         return ca.Function("tangent", inputs, [result, ca.vertcat(*shown)])
 
-    def _equations(self, z: _Unknown, state: ca.SX, drive: ca.SX, p: ca.SX) -> tuple[ca.SX, ca.SX]:
-        """F, in the order of `_Unknown`, and G."""
+    def _equations(self, z: Unknown) -> tuple[ca.SX, ca.SX]:
+        """F, in the order of `Unknown.vector`, and G."""
         model = self.model
-        _, *prepared = model._prepare()(state, drive, p)
-        old = model.layout.split(state)
-        reactions = z.reaction_n, z.reaction_p
-        at_surface = [
-            known - gain * reaction
-            for known, gain, reaction in zip(prepared[:2], prepared[2:4], reactions, strict=True)
-        ]
-        surfaces = model._surfaces(z, at_surface, old, drive[0])
-        following, _ = model._finish()(z.vector(), *prepared[4:], state, drive, p)
-        return model._residual(z, surfaces, old, drive), following
+        ready = model.prepared()
+        surfaces = model.surfaces(z, ready)
+        (miss_n, missing_n), (miss_p, missing_p) = model.misses(z, ready, surfaces)
+        transfer = model.transfer((surfaces[0].total, surfaces[1].total))
+        salt = z.salt - ready.salt - ready.response @ transfer
+        following, _ = model.finished(z, ready)
+        return ca.vertcat(miss_n, miss_p, missing_n, missing_p, salt), following
+
+    def _order(self) -> list[int]:
+        """Positions in `Unknown.vector` as they are eliminated: salt, negative, positive."""
+        n, p = self.model.layout.electrodes
+        salt = range(n + p + 2, n + p + 2 + self.model.layout.nodes)
+        return [*salt, *range(n), n + p, *range(n, n + p), n + p + 1]

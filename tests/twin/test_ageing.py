@@ -232,3 +232,15 @@ def test_stress_enhanced_diffusion_flattens_the_particles(m50: Cell) -> None:
         for e in ((), (StressEnhancedDiffusion(),))
     )
     assert enhanced > plain + 0.1
+
+
+@pytest.mark.parametrize("current_A", [10.0, -5.0])
+def test_side_reactions_leave_the_salt_as_it_was(m50: Cell, current_A: float) -> None:
+    """Every ion that a side reaction takes from the solution the particles give, and not later."""
+    times = np.cumsum(np.tile([0.1, 0.1, 1.0, 7.0, 0.4], 20))
+    gusts = 1 + 0.2 * np.random.default_rng(7).standard_normal(times.size)
+    load = Load(time_s=times, current_A=current_A * gusts)
+    solution = simulate(Pack(cell=m50, initial_soc=0.5, effects=EVERYTHING), load).require()
+    assert lost_mol(solution, "plated") > 1e-9
+    start, end = solution.audit.electrolyte_mol
+    assert end == pytest.approx(start, rel=1e-13)

@@ -23,9 +23,16 @@ def test_derivative_is_exact_to_degree_p(order: int) -> None:
         assert slope @ x**degree == pytest.approx(degree * x ** (degree - 1), abs=1e-11)
 
 
+@pytest.mark.parametrize("layer", [Layer((0.0, 1.0), (5,)), Layer((0.0, 0.3, 1.0), (3, 4))])
+def test_integral_is_exact_to_degree_p(layer: Layer) -> None:
+    for degree in range(4):
+        expected = layer.x ** (degree + 1) / (degree + 1)
+        assert layer.integral @ layer.x**degree == pytest.approx(expected, abs=1e-14)
+
+
 def divergence(layer: Layer, nodal: np.ndarray, factor: np.ndarray) -> np.ndarray:
     u, k = ca.SX.sym("u", layer.size), ca.SX.sym("k", layer.size)
-    function = ca.Function("f", [u, k], [weak_divergence(layer, u, k, ca.SX(2.0))])
+    function = ca.Function("f", [u, k], [weak_divergence(layer, k, ca.SX(2.0)) @ u])
     return function(nodal, factor).full().ravel()
 
 

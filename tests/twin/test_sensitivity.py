@@ -5,8 +5,8 @@ from collections.abc import Iterator
 import numpy as np
 import pytest
 
+from twin import newton as newton_module
 from twin import simulate as simulate_module
-from twin import step as step_module
 from twin.builtin import load_cell
 from twin.effects import AnyEffect, Sei, SelfHeating, StressEnhancedDiffusion
 from twin.load import Between, Load
@@ -32,7 +32,7 @@ STEP = 4e-4  # relative; error of the difference goes as its square, rounding as
 @pytest.fixture
 def to_rounding(monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
     """Newton goes on to 1e-9 V: the difference of two runs has no error of its own from it."""
-    for module in (step_module, simulate_module):
+    for module in (newton_module, simulate_module):
         monkeypatch.setattr(module, "CONVERGED_V", 1e-9)
     yield from _without_cached_kernels()
 
