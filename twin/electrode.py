@@ -15,6 +15,25 @@ from twin.mesh import Layer
 
 FloatArray = npt.NDArray[np.float64]
 
+END_V, END_STEEPNESS, END_BEYOND = 205.0568621937484, 6910.192179565431, 7.7e-4
+"""Of `ends_V`: 1 mV at a stoichiometry of 0.001, 1 V at 0, nothing from 0.006 on (PyBaMM's)."""
+
+
+def ends_V(surface: ca.SX) -> ca.SX:
+    """(n,) added to an open-circuit potential: V ln(1 + e^-k(x + d)) near 0, minus that near 1.
+
+    Fits stop short of the ends: this graphite's potential is flat up to x = 1, so that nothing but
+    this keeps particles from filling to the brim while a voltage is held. It stays finite, and goes
+    on straight beyond the end.
+
+    Source:
+        PyBaMM 26.10.1.1, lithium_ion_parameters.py, U_asymptotes: form and numbers. The end that
+        is farther away adds less than 1e-1400 V there and is left out.
+    """
+    z = -END_STEEPNESS * (ca.fmin(surface, 1 - surface) + END_BEYOND)
+    steep = END_V * (ca.fmax(z, 0) + ca.log1p(ca.exp(-ca.fabs(z))))
+    return ca.if_else(surface < 0.5, steep, -steep)
+
 
 @dataclass(frozen=True, slots=True)
 class ElectrodeSymbols:
@@ -89,9 +108,10 @@ class ElectrodeSymbols:
         return modulus, poisson, partial
 
     def open_circuit_V(self, surface: ca.SX, temperature_K: ca.SX) -> ca.SX:
-        """U(x) + (T - T_ref) dU/dT(x), (n,)."""
+        """U(x) + (T - T_ref) dU/dT(x), (n,), steep at both ends (`ends_V`)."""
         warmer_K = temperature_K - self.p["reference_K"]
-        return self.electrode.ocp_V(surface) + warmer_K * self.electrode.entropic_V_K(surface)
+        plain = self.electrode.ocp_V(surface) + ends_V(surface)
+        return plain + warmer_K * self.electrode.entropic_V_K(surface)
 
     def enthalpy_V(self, surface: ca.SX, temperature_K: ca.SX) -> ca.SX:
         """U - T dU/dT, (n,): the reaction's heat per charge."""

@@ -13,6 +13,7 @@ from twin.bpx_file import CellError, open_circuit_V
 from twin.builtin import builtin_names, builtin_text, load_cell
 from twin.constants import FARADAY_C_mol, GAS_J_mol_K
 from twin.effects.self_heating import SelfHeating
+from twin.electrode import ends_V
 from twin.load import Between, Load
 from twin.pack import Pack
 from twin.simulate import simulate
@@ -174,3 +175,15 @@ def test_the_lipo_has_about_five_milliohm() -> None:
     rest_V = open_circuit_V(load_cell("lipo_2200"), 0.5)
     resistance = (rest_V - solution.voltage_V[-1]) / (10 * LIPO_AH)
     assert 3e-3 < resistance < 6e-3
+
+
+def test_an_electrode_that_runs_out_turns_steep_as_in_pybamm() -> None:
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        pybamm = pytest.importorskip("pybamm")
+        theirs = pybamm.parameters.lithium_ion_parameters.U_asymptotes
+        for x in (-0.01, 0.0, 2e-4, 1e-3, 0.5, 0.999, 1.0):
+            expected = float(theirs(pybamm.Scalar(x)).evaluate())
+            assert at(ends_V, x) == pytest.approx(expected, rel=1e-9, abs=1e-12)
+    assert at(ends_V, 0.0) == pytest.approx(1.0, rel=1e-3)
+    assert 0 < at(ends_V, 0.006) < 1e-15

@@ -1,16 +1,14 @@
 """Protocols against conservation, PyBaMM, and themselves at finer tolerance."""
 
-from dataclasses import replace
 from itertools import pairwise
 from pathlib import Path
 
-import casadi as ca
 import numpy as np
 import pytest
 
 from tests.reference.loads import LOADS
 from twin.builtin import load_cell
-from twin.cell import Cell, Electrode
+from twin.cell import Cell
 from twin.effects import EFFECTS, chosen
 from twin.effects.self_heating import SelfHeating
 from twin.load import Between, Load
@@ -39,19 +37,8 @@ def lipo() -> Cell:
 
 
 @pytest.fixture(scope="module")
-def m50_of_pybamm() -> Cell:
-    """The LG M50 with what PyBaMM adds to every open-circuit potential, steep at 0 and at 1."""
-
-    def steep(electrode: Electrode) -> Electrode:
-        plain = electrode.ocp_V
-
-        def ocp_V(x: ca.SX) -> ca.SX:
-            return plain(x) + 1e-6 * (1 / x - 1 / (1 - x))
-
-        return replace(electrode, ocp_V=ocp_V)
-
-    cell = load_cell("lg_m50")
-    return replace(cell, negative=steep(cell.negative), positive=steep(cell.positive))
+def m50() -> Cell:
+    return load_cell("lg_m50")
 
 
 def follow(name: str) -> FollowLoad:
@@ -59,8 +46,8 @@ def follow(name: str) -> FollowLoad:
     return FollowLoad(load=Load(time_s=load.time_s, current_A=load.current_A))
 
 
-def test_a_charge_agrees_with_pybamm_on_a_converged_mesh(m50_of_pybamm: Cell) -> None:
-    pack = Pack(cell=m50_of_pybamm, initial_soc=0.2)
+def test_a_charge_agrees_with_pybamm_on_a_converged_mesh(m50: Cell) -> None:
+    pack = Pack(cell=m50, initial_soc=0.2)
     result = run(pack, charge_cc_cv(pack), settings=Settings(mesh=FINE)).require()
     charge, hold = result.steps
     with np.load(REFERENCE) as stored:
@@ -78,10 +65,8 @@ def test_a_charge_agrees_with_pybamm_on_a_converged_mesh(m50_of_pybamm: Cell) ->
         assert hold.stopped_s == pytest.approx(float(stored["end_s"]), abs=5.0)
 
 
-def test_the_mesh_of_every_day_costs_a_third_of_a_second_at_the_switch(
-    m50_of_pybamm: Cell,
-) -> None:
-    pack = Pack(cell=m50_of_pybamm, initial_soc=0.2)
+def test_the_mesh_of_every_day_costs_a_third_of_a_second_at_the_switch(m50: Cell) -> None:
+    pack = Pack(cell=m50, initial_soc=0.2)
     coarse, fine = (
         run(pack, charge_cc_cv(pack)[:1], settings=Settings(mesh=m)).steps[0].stopped_s
         for m in (Settings().mesh, FINE)
@@ -153,8 +138,8 @@ def test_events_are_located(lipo: Cell) -> None:
     assert empty.voltage_V[-1] == pytest.approx(3.6, abs=1e-5)
 
 
-def test_a_smaller_tolerance_comes_nearer_in_proportion(m50_of_pybamm: Cell) -> None:
-    pack = Pack(cell=m50_of_pybamm, initial_soc=0.2)
+def test_a_smaller_tolerance_comes_nearer_in_proportion(m50: Cell) -> None:
+    pack = Pack(cell=m50, initial_soc=0.2)
     steps = (*charge_cc_cv(pack, until_rate=0.1), Rest(duration_s=3600.0))
     ends = []
     for tolerance_V in (1.6e-3, 4e-4, 1e-4, 1e-5):
