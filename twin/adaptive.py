@@ -99,7 +99,7 @@ class Stepper:
     def __init__(
         self, pack: Pack, ambient_K: float, tolerance_V: float, mesh: Mesh, backend: Backend
     ) -> None:
-        self.model, self._kernel, _ = built(
+        self.model, self._kernel = built(
             pack.cell, mesh, backend, ageing=pack.ages, stressed=pack.stressed
         )
         self.values = pack.cell_parameters()
@@ -113,8 +113,9 @@ class Stepper:
     def move(self, state: FloatArray, step_s: float, current_A: float) -> Point:
         """One kernel step, the current running straight to `current_A`."""
         self.steps += 1
-        following, out = self._kernel(state, np.array([step_s, current_A, *self._tail]), self._p)
-        return Point(following.full().ravel(), out.full().ravel(), current_A)
+        drive = np.array([[step_s, current_A, *self._tail]])
+        following, out = self._kernel(state, [drive], [self._p])
+        return Point(following[0], out[0], current_A)
 
     def jump(self, state: FloatArray, from_A: float, to_A: float) -> Point:
         """The current changes at once; in smaller jumps where the whole one cannot be solved."""

@@ -31,7 +31,7 @@ def ends_V(surface: ca.SX) -> ca.SX:
         is farther away adds less than 1e-1400 V there and is left out.
     """
     z = -END_STEEPNESS * (ca.fmin(surface, 1 - surface) + END_BEYOND)
-    steep = END_V * (ca.fmax(z, 0) + ca.log1p(ca.exp(-ca.fabs(z))))
+    steep = END_V * (ca.fmax(z, 0) + ca.log(1 + ca.exp(-ca.fabs(z))))
     return ca.if_else(surface < 0.5, steep, -steep)
 
 

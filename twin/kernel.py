@@ -1,27 +1,25 @@
-"""The step function as fast code: generated C where a compiler is present, CasADi's VM elsewhere.
+"""A step function, repeated: as compiled C where there is a compiler, in CasADi's VM elsewhere.
 
-Compiled kernels are cached by content: the key is a hash of the C text, the compiler's version and
-the flags. Entries appear whole (compiled beside, then renamed), carry their own hash and are
-rebuilt when it does not match, so several processes may start at once and a broken disk does no
-harm. The cache keeps the MAX_ENTRIES last used.
+`kernel(function)` takes a function (carried, each..., fixed...) -> (carried, out) and gives a loop
+over it: what is carried goes from step to step, `each` changes from step to step, `fixed` does not.
 """
 
-import hashlib
-import os
-import shutil
+import ctypes
 import subprocess
-import tempfile
+from collections.abc import Sequence
 from enum import Enum
-from functools import cache
 from pathlib import Path
+from typing import Protocol
 
 import casadi as ca
+import numpy as np
+import numpy.typing as npt
 
-FLAGS = ("-O1", "-fPIC", "-shared")
-"""-O2 and -O3 were measured to gain nothing on straight-line code and to compile up to twice as
-long; no -march=native, since a cache may be shared between machines."""
-MAX_ENTRIES = 64
-COMPILE_LIMIT_S = 120.0
+from twin import compiled
+
+FloatArray = npt.NDArray[np.float64]
+
+CHUNK = 512  # steps a call of the virtual machine's loop
 
 
 class Backend(Enum):
@@ -31,93 +29,142 @@ class Backend(Enum):
     VIRTUAL_MACHINE = "CasADi's virtual machine"
 
 
-def cache_folder() -> Path:
-    """Where compiled kernels are kept: `DRONE_BATTERY_HEALTH_CACHE`, else the user's cache."""
-    if chosen := os.environ.get("DRONE_BATTERY_HEALTH_CACHE"):
-        return Path(chosen)
-    base = os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache"
-    return Path(base) / "drone-battery-health"
+class Kernel(Protocol):
+    """A loop over a function (carried, each..., fixed...) -> (carried, out)."""
+
+    def __call__(
+        self, carried: FloatArray, each: Sequence[FloatArray], fixed: Sequence[FloatArray]
+    ) -> tuple[FloatArray, FloatArray]:
+        """All steps.
+
+        Args:
+            carried: (s,) before the first step; a matrix column by column.
+            each: one (m, r) for each such input, a row a step.
+            fixed: one for each such input, a matrix column by column.
+
+        Returns:
+            (m, s) what is carried after each step, and (m, o) what each gives out.
+        """
+        ...
 
 
-@cache
-def compiler() -> tuple[str, str] | None:
-    """Path and version of the C compiler, None if there is none that answers."""
-    for name in (os.environ.get("CC", ""), "cc", "gcc", "clang"):
-        if name and (path := shutil.which(name)):
-            try:
-                answer = subprocess.run(
-                    [path, "--version"], capture_output=True, text=True, check=True, timeout=20
-                )
-            except (OSError, subprocess.SubprocessError):
-                continue
-            return path, answer.stdout.partition("\n")[0]
-    return None
+def kernel(function: ca.Function, backend: Backend = Backend.AUTO) -> Kernel:
+    """The loop over `function`; in the virtual machine where no compiled code can be had."""
+    if backend is Backend.AUTO and (found := compiled.compiler()):
+        try:
+            return CompiledLoop(compiled.library(_source(function), found), function)
+        except (OSError, subprocess.SubprocessError):
+            pass  # read-only home, full disk, broken compiler: the same numbers, slower
+    return VirtualLoop(function)
 
 
-def kernel(function: ca.Function, backend: Backend = Backend.AUTO) -> ca.Function:
-    """`function` as compiled code, or as it is where that cannot be had."""
-    found = compiler() if backend is Backend.AUTO else None
-    if found is None:
-        return function
-    path, version = found
-    source = _c_source(function)
-    text = "\0".join([source, version, *FLAGS])
-    key = hashlib.sha256(text.encode()).hexdigest()[:32]
-    try:
-        folder = cache_folder()
-        folder.mkdir(parents=True, exist_ok=True)
-        library = _valid_entry(folder, key) or _compile(folder, key, source, path)
-    except (OSError, subprocess.SubprocessError):
-        return function  # read-only home, full disk, broken compiler: the same numbers, slower
-    return ca.external(function.name(), str(library))
+def _sizes(function: ca.Function) -> tuple[list[int], list[int]]:
+    """Lengths of the inputs and outputs."""
+    inputs = [function.numel_in(i) for i in range(function.n_in())]
+    return inputs, [function.numel_out(i) for i in range(function.n_out())]
 
 
-def _c_source(function: ca.Function) -> str:
+PRELUDE = """
+#include <math.h>
+#define CASADI_SYMBOL_EXPORT static  /* a name such as step is one of the C library's too */
+/* 1e-16 in absolute terms, which a potential needs, in a third of the time */
+static double tanh_by_exp(double x) {
+  double e = exp(-2 * fabs(x));
+  return copysign((1 - e) / (1 + e), x);
+}
+static double asinh_by_log(double x) {
+  double a = fabs(x);
+  return copysign(log(a + sqrt(a * a + 1)), x);
+}
+#define tanh tanh_by_exp
+#define asinh asinh_by_log
+"""
+
+LOOP = """
+/* stride[i]: doubles from step to step of input i, 0 if it is fixed; 0 if all steps were made */
+int loop(casadi_int steps, const casadi_real** in, const casadi_int* stride, casadi_int inputs,
+         casadi_real** out, const casadi_int* width, const casadi_real** arg, casadi_real** res,
+         casadi_int* iw, casadi_real* w) {
+  for (casadi_int k = 0; k < steps; ++k) {
+    for (casadi_int i = 0; i < inputs; ++i) arg[i] = in[i] + k * stride[i];
+    if (k) arg[0] = out[0] + (k - 1) * width[0];
+    for (casadi_int i = 0; i < 2; ++i) res[i] = out[i] + k * width[i];
+    if (NAME(arg, res, iw, w, 0)) return 1;
+  }
+  return 0;
+}
+"""
+
+
+def _source(function: ca.Function) -> str:
     generator = ca.CodeGenerator(function.name(), {"with_header": False})
     generator.add(function)
-    return str(generator.dump())
+    loop = LOOP.replace("NAME", function.name())
+    return f"{PRELUDE}{generator.dump()}{loop}"
 
 
-def _digest(path: Path) -> str:
-    return hashlib.sha256(path.read_bytes()).hexdigest()[:16]
+class CompiledLoop:
+    """Calls the C loop; other threads run meanwhile."""
+
+    def __init__(self, library: Path, function: ca.Function) -> None:
+        self._loop = ctypes.CDLL(str(library)).loop
+        self._inputs, self._outputs = _sizes(function)
+        self._scratch = [function.sz_arg(), function.sz_res(), function.sz_iw(), function.sz_w()]
+        self._width = np.array(self._outputs, dtype=np.int64)
+
+    def __call__(
+        self, carried: FloatArray, each: Sequence[FloatArray], fixed: Sequence[FloatArray]
+    ) -> tuple[FloatArray, FloatArray]:
+        """As `Kernel`."""
+        steps = each[0].shape[0]
+        given = [np.ascontiguousarray(a, dtype=float) for a in (carried, *each, *fixed)]
+        lengths = [a.size // (steps if 0 < i <= len(each) else 1) for i, a in enumerate(given)]
+        assert lengths == self._inputs, f"inputs of {lengths}, expected {self._inputs}"
+        moving = [lengths[i] if 0 < i <= len(each) else 0 for i in range(len(given))]
+        stride = np.array(moving, dtype=np.int64)
+        states, out = (np.empty((steps, width)) for width in self._outputs)
+        pointers = np.array([a.ctypes.data for a in given], dtype=np.uint64)
+        results = np.array([states.ctypes.data, out.ctypes.data], dtype=np.uint64)
+        scratch = [np.empty(size + 1) for size in self._scratch]
+        tail = [a.ctypes.data for a in (results, self._width, *scratch)]
+        count = ctypes.c_longlong(steps), ctypes.c_longlong(len(given))
+        failed = self._loop(
+            count[0], *map(ctypes.c_void_p, (pointers.ctypes.data, stride.ctypes.data)), count[1],
+            *map(ctypes.c_void_p, tail),
+        )  # fmt: skip
+        assert not failed, "generated code reports failure only where it calls outside code"
+        return states, out
 
 
-def _valid_entry(folder: Path, key: str) -> Path | None:
-    """The cached library for `key` if its content has the hash in its name; others are removed."""
-    for entry in folder.glob(f"{key}-*.so"):
-        try:
-            if entry.stem.rpartition("-")[2] == _digest(entry):
-                entry.touch()
-                return entry
-            entry.unlink()
-        except FileNotFoundError:  # another process was quicker
-            continue
-    return None
+class VirtualLoop:
+    """CHUNK steps a call of CasADi's own loop."""
 
+    def __init__(self, function: ca.Function) -> None:
+        self._one, self._many = function, function.mapaccum(CHUNK)
 
-def _compile(folder: Path, key: str, source: str, compiler_path: str) -> Path:
-    with tempfile.TemporaryDirectory(dir=folder, prefix="build-") as work:
-        c_file, built = Path(work) / "kernel.c", Path(work) / "kernel.so"
-        c_file.write_text(source)
-        subprocess.run(
-            [compiler_path, *FLAGS, str(c_file), "-o", str(built), "-lm"],
-            check=True,
-            capture_output=True,
-            timeout=COMPILE_LIMIT_S,
-        )
-        entry = folder / f"{key}-{_digest(built)}.so"
-        built.replace(entry)
-    _forget_old(folder)
-    return entry
+    def __call__(
+        self, carried: FloatArray, each: Sequence[FloatArray], fixed: Sequence[FloatArray]
+    ) -> tuple[FloatArray, FloatArray]:
+        """As `Kernel`."""
+        steps, parts = each[0].shape[0], []
+        count, function = (1, self._one) if steps == 1 else (CHUNK, self._many)
+        constant = [
+            ca.repmat(self._beside(a[None], 1 + len(each) + i), 1, count)
+            for i, a in enumerate(fixed)
+        ]
+        for first in range(0, steps, count):
+            rows = [a[first : first + count] for a in each]
+            done = rows[0].shape[0]
+            filled = [np.concatenate([a, np.repeat(a[-1:], count - done, axis=0)]) for a in rows]
+            moving = [self._beside(a, 1 + i) for i, a in enumerate(filled)]
+            results = function(self._beside(carried[None], 0), *moving, *constant)
+            parts.append([r.full().T.reshape(count, -1)[:done] for r in results])
+            carried = parts[-1][0][-1]
+        states, outs = (np.concatenate(part) for part in zip(*parts, strict=True))
+        return states, outs
 
-
-def _forget_old(folder: Path) -> None:
-    """Remove all but the MAX_ENTRIES last used; a library in use stays mapped."""
-    ages = []
-    for entry in folder.glob("*.so"):
-        try:
-            ages.append((entry.stat().st_mtime, entry))
-        except FileNotFoundError:
-            continue
-    for _, entry in sorted(ages, reverse=True)[MAX_ENTRIES:]:
-        entry.unlink(missing_ok=True)
+    def _beside(self, rows: FloatArray, index: int) -> ca.DM:
+        """(m, r) rows, a matrix each, as the input of m steps side by side."""
+        height, width = self._one.size_in(index)
+        m = rows.shape[0]
+        return ca.DM(rows.reshape(m, width, height).transpose(2, 0, 1).reshape(height, m * width))

@@ -8,23 +8,20 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 
-import casadi as ca
 import numpy as np
 import numpy.typing as npt
 
 from twin.cell import Cell
-from twin.kernel import Backend, kernel
+from twin.kernel import Backend, Kernel, kernel
 from twin.load import Load
 from twin.mesh import Mesh
 from twin.pack import Pack, PackError
 from twin.parameters import vector
 from twin.simulate import (
-    CHUNK,
     DEFAULT_MESH,
     OUTSIDE,
     START,
     Run,
-    Taken,
     changeable,
     sample_ends,
     solution_of,
@@ -119,12 +116,9 @@ def _last_steps(run: Run) -> npt.NDArray[np.int64]:
 
 
 @lru_cache(maxsize=16)
-def _built(
-    cell: Cell, mesh: Mesh, backend: Backend, directions: int
-) -> tuple[Tangent, ca.Function]:
-    """For CHUNK steps a call."""
+def _built(cell: Cell, mesh: Mesh, backend: Backend, directions: int) -> tuple[Tangent, Kernel]:
     tangent = Tangent(StepModel(cell, mesh))
-    return tangent, kernel(tangent.step(directions), backend).mapaccum(CHUNK)
+    return tangent, kernel(tangent.step(directions), backend)
 
 
 def _carry(
@@ -134,17 +128,15 @@ def _carry(
     k, mesh = len(names), run.model.layout.mesh
     tangent, many = _built(pack.cell, mesh, backend, k)
     directions = _unit(names, _DRIVE_NAMES), _unit(names, tuple(run.values))
-    fixed = [ca.repmat(ca.DM(a), 1, CHUNK) for a in (vector(run.values), *directions)]
-    moved = ca.DM(np.stack([_start_change(run, pack, load, name) for name in names], axis=1))
-    state, out = ca.DM(run.initial), [np.zeros((2, 0, k))]
-    for taken in _chunks(run.taken or []):
-        m = taken.after.shape[1]
-        before = ca.horzcat(state, taken.after[:, :-1])
-        inputs = tangent.solved(taken.after), before, ca.DM(taken.drive)
-        changes, shown = many(moved, *(_filled(a) for a in inputs), *fixed)
-        state, moved = taken.after[:, -1], changes[:, (m - 1) * k : m * k]
-        out.append(shown.full().reshape(2, CHUNK, k)[:, :m])
-    voltage, temperature = np.concatenate(out, axis=1)
+    fixed = [vector(run.values), *(a.ravel(order="F") for a in directions)]
+    moved = np.concatenate([_start_change(run, pack, load, name) for name in names])
+    before, out = run.initial, [np.zeros((0, 2 * k))]
+    for taken in run.taken or []:
+        inputs = tangent.solved(taken.after), np.vstack([before, taken.after[:-1]]), taken.drive
+        changes, shown = many(moved, inputs, fixed)
+        before, moved = taken.after[-1], changes[-1]
+        out.append(shown)
+    voltage, temperature = np.concatenate(out).reshape(-1, k, 2).transpose(2, 0, 1)
     return voltage, temperature
 
 
@@ -154,22 +146,6 @@ _DRIVE_NAMES = tuple(name if name in OUTSIDE else "" for name in DRIVE)
 def _unit(names: tuple[str, ...], of: tuple[str, ...]) -> FloatArray:
     """(of, names) 1 where they are the same."""
     return np.array([[float(a == b) for b in names] for a in of])
-
-
-def _filled(values: ca.DM) -> ca.DM:
-    """(rows, CHUNK) the last column repeated; what comes of it is not looked at."""
-    return ca.horzcat(values, ca.repmat(values[:, -1], 1, CHUNK - values.shape[1]))
-
-
-def _chunks(taken: list[Taken]) -> list[Taken]:
-    """The same steps, CHUNK at a time."""
-    if not taken:
-        return []
-    drive, after = np.hstack([t.drive for t in taken]), ca.horzcat(*(t.after for t in taken))
-    piece = np.concatenate([t.piece for t in taken])
-    ends = [*range(CHUNK, piece.size, CHUNK), piece.size]
-    spans = [slice(i, j) for i, j in zip(range(0, piece.size, CHUNK), ends, strict=True)]
-    return [Taken(drive[:, s], after[:, s], piece[s]) for s in spans]
 
 
 def _start_change(run: Run, pack: Pack, load: Load, name: str) -> FloatArray:

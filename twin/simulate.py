@@ -9,14 +9,13 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import lru_cache
 
-import casadi as ca
 import numpy as np
 import numpy.typing as npt
 
 from twin.cell import Cell
 from twin.constants import FARADAY_C_mol
 from twin.effects import SelfHeating
-from twin.kernel import Backend, kernel
+from twin.kernel import CHUNK, Backend, Kernel, kernel
 from twin.kinetics import SURFACE_MARGIN, SALT_FLOOR_mol_m3
 from twin.load import Between, Load
 from twin.mesh import Mesh, electrode_mesh
@@ -31,7 +30,6 @@ FloatArray = npt.NDArray[np.float64]
 DEFAULT_MESH = electrode_mesh((0.0, 1.0), (5,))
 """One element of order 5 an electrode: benchmarks/pybamm_replay.py shows its error."""
 MAX_STEP_S = 1.0  # longer samples are cut: salt diffusion is first order in time
-CHUNK = 512  # pieces a call: bounds memory and what is computed past a stop in vain
 LOWER_TOLERANCE_V = 1e-4
 UPPER_TOLERANCE_V = 5e-3  # a full cell at rest, under a sensor's noise, is not being overcharged
 LOCATE_HALVINGS = 20  # of a piece: 1 s / 2**20 is a microsecond
@@ -87,11 +85,10 @@ def cut_into_pieces(load: Load, divisor: float) -> Pieces:
 @lru_cache(maxsize=16)
 def built(
     cell: Cell, mesh: Mesh, backend: Backend, *, ageing: bool, stressed: bool
-) -> tuple[StepModel, ca.Function, ca.Function]:
-    """Model, kernel of one piece, kernel of CHUNK pieces."""
+) -> tuple[StepModel, Kernel]:
+    """Model, and kernel of its steps."""
     model = StepModel(cell, mesh, ageing=ageing, stressed=stressed)
-    step = kernel(model.step(), backend)
-    return model, step, step.mapaccum(CHUNK)
+    return model, kernel(model.step(), backend)
 
 
 @dataclass(frozen=True, slots=True)
@@ -165,13 +162,13 @@ class Taken:
     """Steps that were accepted, one after the other.
 
     Attributes:
-        drive: (DRIVE, m) of each.
-        after: (states, m) that each ended in; not converted, which would take longer than a step.
+        drive: (m, DRIVE) of each.
+        after: (m, states) that each ended in.
         piece: (m,) that each belongs to; a piece may take several.
     """
 
     drive: FloatArray
-    after: ca.DM
+    after: FloatArray
     piece: npt.NDArray[np.int64]
 
 
@@ -184,7 +181,7 @@ class Run:
     def __init__(
         self, pack: Pack, load: Load, mesh: Mesh, backend: Backend, state: FloatArray | None
     ) -> None:
-        self.model, self._one, self._many = built(
+        self.model, self._kernel = built(
             pack.cell, mesh, backend, ageing=pack.ages, stressed=pack.stressed
         )
         self.values = pack.cell_parameters()
@@ -222,20 +219,19 @@ class Run:
         span = slice(at, at + CHUNK)
         length_s, current_A = self.pieces.length_s[span], self.pieces.stop_A[span]
         size = length_s.size
-        drive = np.empty((5, CHUNK))
-        drive[0], drive[1], drive[2:] = 0.0, current_A[-1], self._tail[:, None]
-        drive[0, :size], drive[1, :size] = length_s, current_A
-        states, out = self._many(self.state, drive, np.tile(self._p[:, None], CHUNK))
-        rows = out.full()[:, :size]
+        drive = np.empty((size, 5))
+        drive[:, 0], drive[:, 1], drive[:, 2:] = length_s, current_A, self._tail
+        states, out = self._kernel(self.state, [drive], [self._p])
+        rows = out.T
         good = self._limits.accepts(rows, current_A)
         accepted = size if good.all() else int(np.argmin(good))
         if accepted:
-            self.state = states[:, accepted - 1].full().ravel()
+            self.state = states[accepted - 1].copy()
             self.rows.append(rows[:, :accepted])
             done = slice(at, at + accepted)
             if self.taken is not None:
                 where = np.arange(at, at + accepted)
-                self.taken.append(Taken(drive[:, :accepted], states[:, :accepted], where))
+                self.taken.append(Taken(drive[:accepted], states[:accepted], where))
             self._count(self.pieces.length_s[done], self.pieces.start_A[done], current_A[:accepted])
         return accepted
 
@@ -248,15 +244,15 @@ class Run:
             goal = min(share + size, 1.0)
             current_A = self._current_A(at, goal)
             drive = np.array([(goal - share) * length_s, current_A, *self._tail])
-            following, out = self._one(self.state, drive, self._p)
-            trial = out.full().ravel()
+            following, out = self._kernel(self.state, [drive[None]], [self._p])
+            trial = out[0]
             self.retried += 1
             if self._limits.accepts(trial[:, None], np.array([current_A]))[0]:
                 done = np.array([drive[0]]), np.array([self._current_A(at, share)])
                 self._count(*done, np.array([current_A]))
                 if self.taken is not None:
-                    self.taken.append(Taken(drive[:, None], following, np.array([at])))
-                self.state, share, last = following.full().ravel(), goal, trial
+                    self.taken.append(Taken(drive[None], following, np.array([at])))
+                self.state, share, last = following[0], goal, trial
                 size *= 2
             elif size > 0.5**LOCATE_HALVINGS:
                 size /= 2

@@ -10,9 +10,12 @@ from dataclasses import dataclass
 
 import casadi as ca
 import numpy as np
+import numpy.typing as npt
 
 from twin import elimination
 from twin.step import StepModel, Unknown
+
+FloatArray = npt.NDArray[np.float64]
 
 
 @dataclass(frozen=True, slots=True)
@@ -21,10 +24,10 @@ class Tangent:
 
     model: StepModel
 
-    def solved(self, after: ca.DM) -> ca.DM:
-        """(unknowns, m) what Newton found in steps that ended in `after` (states, m)."""
+    def solved(self, after: FloatArray) -> FloatArray:
+        """(m, unknowns) what Newton found in steps that ended in `after` (m, states)."""
         names = "reaction_n", "reaction_p", "gap_V", "salt"
-        return ca.vertcat(*(after[self.model.layout.slice_of(name), :] for name in names))
+        return np.hstack([after[:, self.model.layout.slice_of(name)] for name in names])
 
     def step(self, directions: int) -> ca.Function:
         """(dstate, z, state, drive, p, ddrive, dp) -> dstate after, of it voltage and temperature.

@@ -8,14 +8,15 @@ import casadi as ca
 import numpy as np
 import pytest
 
-from twin import kernel as kernel_module
+from twin import compiled
 from twin.builtin import load_cell
-from twin.kernel import Backend, cache_folder, kernel
+from twin.compiled import cache_folder
+from twin.kernel import Backend, CompiledLoop, Kernel, VirtualLoop, kernel
 from twin.load import Load
 from twin.pack import Pack
 from twin.simulate import simulate
 
-needs_compiler = pytest.mark.skipif(kernel_module.compiler() is None, reason="no C compiler")
+needs_compiler = pytest.mark.skipif(compiled.compiler() is None, reason="no C compiler")
 
 
 @pytest.fixture
@@ -24,9 +25,15 @@ def own_cache(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     return tmp_path / "cache"
 
 
-def square(factor: float = 1.0) -> ca.Function:
-    x = ca.SX.sym("x")
-    return ca.Function("square", [x], [factor * x**2])
+def adding(factor: float = 1.0) -> ca.Function:
+    """Carries a sum, gives its square."""
+    x, y = ca.SX.sym("x"), ca.SX.sym("y")
+    return ca.Function("adding", [x, y], [x + y, factor * (x + y) ** 2])
+
+
+def first(loop: Kernel, value: float) -> float:
+    """What a loop over `adding` gives after one step."""
+    return float(loop(np.zeros(1), [np.array([[value]])], [])[1][0, 0])
 
 
 @needs_compiler
@@ -40,39 +47,40 @@ def test_compiled_and_virtual_machine_give_the_same_numbers() -> None:
 
 @needs_compiler
 def test_a_second_use_finds_the_first_ones_library(own_cache: Path) -> None:
-    assert float(kernel(square())(3.0)) == 9.0
+    assert first(kernel(adding()), 3.0) == 9.0
     entries = list(own_cache.glob("*.so"))
-    kernel(square())
+    kernel(adding())
     assert list(own_cache.glob("*.so")) == entries
-    kernel(square(2.0))
+    kernel(adding(2.0))
     assert len(list(own_cache.glob("*.so"))) == 2
 
 
 @needs_compiler
 def test_a_damaged_entry_is_rebuilt(own_cache: Path) -> None:
-    kernel(square(3.0))
+    kernel(adding(3.0))
     (entry,) = own_cache.glob("*.so")
     whole = entry.read_bytes()
     entry.unlink()  # a new inode: the old one is mapped by this process
     entry.write_bytes(whole[: len(whole) // 2])
-    assert float(kernel(square(3.0))(2.0)) == 12.0
+    assert first(kernel(adding(3.0)), 2.0) == 12.0
     (entry,) = own_cache.glob("*.so")
     assert entry.stat().st_size == len(whole)
 
 
 @needs_compiler
 def test_the_cache_is_bounded(own_cache: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(kernel_module, "MAX_ENTRIES", 2)
+    monkeypatch.setattr(compiled, "MAX_ENTRIES", 2)
     for k in range(4):
-        kernel(square(10.0 + k))
+        kernel(adding(10.0 + k))
     assert len(list(own_cache.glob("*.so"))) == 2
 
 
 @needs_compiler
 def test_several_processes_may_start_at_once(own_cache: Path) -> None:
     script = (
-        "import casadi as ca; from twin.kernel import kernel; x = ca.SX.sym('x');"
-        "print(float(kernel(ca.Function('f', [x], [ca.sin(x) + 7]))(0.0)))"
+        "import casadi as ca, numpy as np; from twin.kernel import kernel;"
+        "x, y = ca.SX.sym('x'), ca.SX.sym('y'); f = ca.Function('f', [x, y], [x, y + 7]);"
+        "print(kernel(f)(np.zeros(1), [np.zeros((1, 1))], [])[1][0, 0])"
     )
     running = [
         subprocess.Popen([sys.executable, "-c", script], stdout=subprocess.PIPE, text=True)
@@ -85,8 +93,10 @@ def test_several_processes_may_start_at_once(own_cache: Path) -> None:
 
 @pytest.mark.usefixtures("own_cache")
 def test_without_a_compiler_the_virtual_machine_serves(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(kernel_module, "compiler", lambda: None)
-    assert kernel(square()).class_name() == "SXFunction"
+    monkeypatch.setattr(compiled, "compiler", lambda: None)
+    loop = kernel(adding())
+    assert isinstance(loop, VirtualLoop)
+    assert first(loop, 3.0) == 9.0
 
 
 @needs_compiler
@@ -96,10 +106,32 @@ def test_an_unwritable_cache_is_no_obstacle(
     blocked = tmp_path / "file"
     blocked.write_text("not a folder")
     monkeypatch.setenv("DRONE_BATTERY_HEALTH_CACHE", str(blocked))
-    assert float(kernel(square(5.0))(1.0)) == 5.0
+    assert first(kernel(adding(5.0)), 1.0) == 5.0
 
 
 def test_the_cache_is_where_the_user_wants_it(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.delenv("DRONE_BATTERY_HEALTH_CACHE", raising=False)
     monkeypatch.setenv("XDG_CACHE_HOME", "/somewhere")
     assert cache_folder() == Path("/somewhere/drone-battery-health")
+
+
+@needs_compiler
+@pytest.mark.parametrize("steps", [1, 2, 511, 512, 1300])
+def test_both_loops_carry_matrices_from_step_to_step(steps: int) -> None:
+    """x (2, 3) goes on as x + a b' + c x, b (3,) new each step, a and c fixed."""
+    x, b = ca.SX.sym("x", 2, 3), ca.SX.sym("b", 3)
+    a, c = ca.SX.sym("a", 2), ca.SX.sym("c", 2, 2)
+    new = x + a @ b.T + c @ x
+    function = ca.Function("walk", [x, b, a, c], [new, ca.sum1(new)])
+    rng = np.random.default_rng(1)
+    start, each = rng.normal(size=6), rng.normal(size=(steps, 3))
+    fixed = [rng.normal(size=2), 0.01 * rng.normal(size=4)]
+    expected, state = [], start.reshape(2, 3, order="F")
+    for row in each:
+        state = state + np.outer(fixed[0], row) + fixed[1].reshape(2, 2, order="F") @ state
+        expected.append(state.ravel(order="F"))
+    for loop in (kernel(function), VirtualLoop(function)):
+        states, out = loop(start, [each], fixed)
+        assert states == pytest.approx(np.array(expected), rel=1e-9)
+        assert out == pytest.approx(states.reshape(steps, 3, 2).sum(axis=2), rel=1e-9, abs=1e-12)
+    assert isinstance(kernel(function), CompiledLoop)
