@@ -19,6 +19,9 @@ END_V, END_STEEPNESS, END_BEYOND = 205.0568621937484, 6910.192179565431, 7.7e-4
 """Of `ends_V`: 1 mV at a stoichiometry of 0.001, 1 V at 0, nothing from 0.006 on (PyBaMM's)."""
 
 
+NO_MORE = 40.0  # exp(-40) adds nothing to 1; where it underflows it is slow
+
+
 def ends_V(surface: ca.SX) -> ca.SX:
     """(n,) added to an open-circuit potential: V ln(1 + e^-k(x + d)) near 0, minus that near 1.
 
@@ -31,7 +34,7 @@ def ends_V(surface: ca.SX) -> ca.SX:
         is farther away adds less than 1e-1400 V there and is left out.
     """
     z = -END_STEEPNESS * (ca.fmin(surface, 1 - surface) + END_BEYOND)
-    steep = END_V * (ca.fmax(z, 0) + ca.log(1 + ca.exp(-ca.fabs(z))))
+    steep = END_V * (ca.fmax(z, 0) + ca.log(1 + ca.exp(-ca.fmin(ca.fabs(z), NO_MORE))))
     return ca.if_else(surface < 0.5, steep, -steep)
 
 

@@ -9,7 +9,7 @@ import numpy as np
 from twin import elimination, kinetics
 from twin.cell import Electrolyte
 from twin.constants import FARADAY_C_mol, GAS_J_mol_K
-from twin.effects.porosity_change import BRUGGEMAN
+from twin.effects.porosity_change import bruggeman
 from twin.layout import Layout
 from twin.transport import weak_divergence
 
@@ -32,7 +32,8 @@ class ElectrolyteSymbols:
         """Salt after a step, as `known + response @ transfer`.
 
         Backward Euler with the diffusivity at the start of the step. What is in pores that shrink
-        stays in them.
+        stays in them. The change is solved for, so that rounding is of the change, not of what
+        there is: the salt of 1000 cycles is the salt of the first.
 
         Args:
             old: the state before the step.
@@ -45,25 +46,26 @@ class ElectrolyteSymbols:
             area].
         """
         nodes = self.layout.nodes
-        held, matrix = ca.SX.zeros(nodes), ca.SX(nodes, nodes)
+        moved, matrix = ca.SX.zeros(nodes), ca.SX(nodes, nodes)
         for name, span in self.layout.layers().items():
             layer, thickness = self.layout.layer(name), self.p[f"{name}.thickness_m"]
             pores = before = self.p[f"{name}.porosity"]
             if porosity is not None and name == "negative":
                 pores, before = porosity, old["porosity"]
             volume = ca.DM(layer.weight) * thickness
-            held[span] += volume * before * old["salt"][span]
             diffusivity = self._effective("diffusivity", name, old["salt"], old, porosity)
-            matrix[span, span] += ca.diag(volume * pores)
-            matrix[span, span] += step_s * weak_divergence(layer, diffusivity, thickness)
+            spread = step_s * weak_divergence(layer, diffusivity, thickness)
+            moved[span] += volume * (before - pores) * old["salt"][span]
+            moved[span] -= spread @ old["salt"][span]
+            matrix[span, span] += ca.diag(volume * pores) + spread
         made = step_s * (1 - self.p["electrolyte.transference"]) / FARADAY_C_mol
         n, p = self.layout.electrodes
         sources = [*range(n), *range(nodes - p, nodes)]
-        rhs = ca.horzcat(held, made * ca.DM.eye(nodes)[:, sources])
+        rhs = ca.horzcat(moved, made * ca.DM.eye(nodes)[:, sources])
         order = self.layout.elimination_order()
         solution = elimination.solve(matrix[order, order], rhs[order, :])
         solution = solution[np.argsort(order).tolist(), :]
-        return solution[:, 0], solution[:, 1:]
+        return old["salt"] + solution[:, 0], solution[:, 1:]
 
     def conductivity_S_m(
         self, name: str, salt: ca.SX, old: Mapping[str, ca.SX], porosity: ca.SX | None
@@ -87,7 +89,7 @@ class ElectrolyteSymbols:
         """Transport property of the pores in layer `name`, at the start's temperature."""
         efficiency = self.p[f"{name}.transport_efficiency"]
         if porosity is not None and name == "negative":
-            efficiency = efficiency * (porosity / self.p["negative.porosity"]) ** BRUGGEMAN
+            efficiency = efficiency * bruggeman(porosity / self.p["negative.porosity"])
         activation = self.p[f"electrolyte.{quantity}_activation_J_mol"]
         warm = kinetics.arrhenius(activation, old["temperature_K"], self.p["reference_K"])
         c = ca.fmax(salt[self.layout.layers()[name]], kinetics.SALT_FLOOR_mol_m3)

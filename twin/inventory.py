@@ -22,6 +22,9 @@ def initial_state(
         low, high = (values[f"{side}.stoichiometry_{end}"] for end in ("min", "max"))
         modes = state[layout.slice_of(f"modes_{key}")]
         modes[: layout.layer(side).size] = low + charge * (high - low)
+        surface_m2 = values["area_m2"] * values[f"{side}.thickness_m"]
+        surface_m2 *= values[f"{side}.specific_area_m2_m3"]
+        state[layout.slice_of(f"answer_{key}")] = (1 if key == "n" else -1) / surface_m2
     state[layout.slice_of("salt")] = values["electrolyte.initial_concentration_mol_m3"]
     state[layout.slice_of("temperature_K")] = temperature_K
     if layout.ageing:

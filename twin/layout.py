@@ -1,6 +1,7 @@
 """Where the quantities lie in the state, and in which order the salt is eliminated."""
 
 from dataclasses import dataclass
+from functools import cache
 
 import casadi as ca
 import numpy as np
@@ -13,11 +14,12 @@ class Layout:
     """Where the quantities lie in the state.
 
     Modes of the negative and positive particles (nodes x modes), salt (nodes left to right),
-    reaction current negative, positive, phi_s - phi_e of both at the separator, enthalpy potential
-    of both, voltage, temperature. With ageing also, in the negative electrode, films, plated and
-    dead lithium [mol per m3 of electrode], crack length, porosity, total current, the part of it
-    that strips; in both electrodes the share of active material that is left, and the lithium
-    trapped in the rest (share of what all can hold).
+    reaction current negative, positive, phi_s - phi_e of both at the separator, how the reactions
+    answer a change of the cell's current [1/m2], enthalpy potential of both, voltage, temperature.
+    With ageing also, in the negative electrode, films, plated and dead lithium [mol per m3 of
+    electrode], crack length, porosity, total current, the part of it that strips; in both
+    electrodes the share of active material that is left, and the lithium trapped in the rest (share
+    of what all can hold).
     """
 
     mesh: Mesh
@@ -61,7 +63,8 @@ class Layout:
         m = self.mesh.sphere.size
         base = {
             "modes_n": n * m, "modes_p": p * m, "salt": self.nodes, "reaction_n": n,
-            "reaction_p": p, "gap_V": 2, "enthalpy_V": n + p, "voltage_V": 1, "temperature_K": 1,
+            "reaction_p": p, "gap_V": 2, "answer_n": n, "answer_p": p,
+            "enthalpy_V": n + p, "voltage_V": 1, "temperature_K": 1,
         }  # fmt: skip
         return base | self.ageing_sizes()
 
@@ -93,12 +96,18 @@ class Layout:
 
     def slice_of(self, name: str) -> slice:
         """Where `name` lies in the state."""
-        sizes = self.sizes()
-        start = sum(list(sizes.values())[: list(sizes).index(name)])
-        return slice(start, start + sizes[name])
+        return _slices(self)[name]
 
     def elimination_order(self) -> list[int]:
         """Nodes of the electrolyte in the order they are eliminated: collectors first."""
         n, p = self.electrodes
         total = self.nodes
         return [*range(n), *reversed(range(total - p, total)), *range(n, total - p)]
+
+
+@cache
+def _slices(layout: Layout) -> dict[str, slice]:
+    """Of all quantities; asked for thousands of times."""
+    sizes = layout.sizes()
+    ends = np.cumsum(list(sizes.values())).tolist()
+    return {name: slice(end - sizes[name], end) for name, end in zip(sizes, ends, strict=True)}

@@ -15,8 +15,10 @@ was measured to be below 1e-6 V."""
 MAX_ITERATIONS = 8
 
 
-def corrected(model: "StepModel", z: "Unknown", ready: "Ready") -> tuple[ca.SX, ca.SX]:
+def corrected(model: "StepModel", z: "Unknown", ready: "Ready") -> tuple[ca.SX, ca.SX, ca.SX]:
     """(unknowns,) z after one iteration, and () the largest change of a potential [V].
+
+    Also (n + p,) how the reactions answer a change of the current: the next step's first guess.
 
     Each electrode is solved for itself, its reactions and its gap. What one does to the salt in the
     other is left to the next iteration: it has to come through the separator.
@@ -24,21 +26,25 @@ def corrected(model: "StepModel", z: "Unknown", ready: "Ready") -> tuple[ca.SX, 
     surfaces = model.surfaces(z, ready)
     misses = model.misses(z, ready, surfaces)
     transfer, changes_V, steps = model.transfer((surfaces[0].total, surfaces[1].total)), [], []
-    first = 0
+    answers, first = [], 0
     for k, side in enumerate(model.electrodes):
         nodes = slice(first, first := first + side.layer.size)
         slope, steep, taken = _slopes(model, z, ready, k, surfaces[k], nodes)
         matrix = ca.vertcat(
             ca.horzcat(slope, -ca.SX.ones(side.layer.size)), ca.horzcat(taken.T, ca.SX(1, 1))
         )
-        step = elimination.solve(matrix, ca.vertcat(*misses[k]))
+        more_current = ca.vertcat(ca.SX(side.layer.size, 1), side.outward / model.p["area_m2"])
+        solution = elimination.solve(matrix, ca.horzcat(ca.vertcat(*misses[k]), more_current))
+        step = solution[:, 0]
         transfer[nodes] += taken * step[:-1]
         changes_V += [steep * step[:-1], step[-1]]
         steps.append(step)
+        answers.append(solution[:-1, 1])
     reactions = [i + step[:-1] for i, step in zip(z.reactions, steps, strict=True)]
     gaps = z.gap_V + ca.vertcat(*(step[-1] for step in steps))
     salt = ready.salt + ready.response @ transfer
-    return ca.vertcat(*reactions, gaps, salt), ca.norm_inf(ca.vertcat(*changes_V))
+    z_after = ca.vertcat(*reactions, gaps, salt)
+    return z_after, ca.norm_inf(ca.vertcat(*changes_V)), ca.vertcat(*answers)
 
 
 def _slopes(  # noqa: PLR0913
@@ -67,13 +73,16 @@ def joined(prepare: ca.Function, correct: ca.Function, finish: ca.Function) -> c
     """(state, drive, p) -> (next, out): iterations until a correction is within CONVERGED_V."""
     given = prepare.mx_in()
     z, *ready = prepare(*given)
-    inputs = [ca.MX.sym("correction_V"), *correct.mx_in()]
-    more = ca.Function("more", inputs, list(correct(*inputs[1:])))
-    enough = ca.Function("enough", inputs, [inputs[1], inputs[0]])
+    z, correction, answers = correct(z, *ready, *given)
+    inputs = [ca.MX.sym("correction_V"), answers_in := ca.MX.sym("answers", answers.numel())]
+    inputs += correct.mx_in()
+    more = ca.Function("more", inputs, list(correct(*inputs[2:])))
+    enough = ca.Function("enough", inputs, [inputs[2], inputs[0], answers_in])
     refine = ca.Function.if_else("refine", more, enough)
-    z, correction = correct(z, *ready, *given)
     for _ in range(MAX_ITERATIONS - 1):
-        z, correction = refine(correction > CONVERGED_V, correction, z, *ready, *given)
-    following, out = finish(z, *ready, *given)
+        z, correction, answers = refine(
+            correction > CONVERGED_V, correction, answers, z, *ready, *given
+        )
+    following, out = finish(z, answers, *ready, *given)
     out = ca.vertcat(out[:3], correction, out[3:])
     return ca.Function("step", given, [following, out], ["state", "drive", "p"], ["next", "out"])

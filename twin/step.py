@@ -12,7 +12,7 @@ along. The sums of lithium, salt and charge are exact for any iterate.
 
 In time: salt diffusion backward Euler; reactions run straight over the step, for which particles
 are exact and heat is the exact mean of its factors' products. Transport properties are those at the
-start (diffusivity) and at a first guess of the end (conductivity). A step of length 0 answers a
+start (diffusivity) and of the salt that unchanged reactions would lead to (conductivity). A step of length 0 answers a
 jump.
 """
 
@@ -195,7 +195,10 @@ class StepModel:
         z, known = self.unknown(), ready.alike()
         inputs = [z.vector(), *known.all(), *given]
         correct = ca.Function("correct", inputs, list(newton.corrected(self, z, known)))
-        finish = ca.Function("finish", inputs, list(self.finished(z, known)))
+        answers = ca.SX.sym("answers", sum(self.layout.electrodes))
+        finish = ca.Function(
+            "finish", [inputs[0], answers, *inputs[1:]], list(self.finished(z, answers, known))
+        )
         return newton.joined(prepare, correct, finish)
 
     def unknown(self) -> Unknown:
@@ -209,8 +212,8 @@ class StepModel:
         begun = self.ageing.begin(old, self.drive[0]) if self.ageing else None
         porosity = begun.porosity if begun else None
         salt, response = self.electrolyte.diffuse(old, self.drive[0], porosity)
-        salt, response = salt + response @ self.transfer(self._old_totals()) / 2, response / 2
-        expected = salt + response @ self.transfer(self._expected_totals())
+        before = response @ self.transfer(self._old_totals())
+        expected, salt, response = salt + before, salt + before / 2, response / 2
         conductivity = self.electrolyte.conductivity_S_m
         sides = []
         for side, start in zip(self.electrodes, self.start_currents(begun), strict=True):
@@ -242,12 +245,10 @@ class StepModel:
         return self._old["total_n" if self.ageing else "reaction_n"], self._old["reaction_p"]
 
     def _expected_totals(self) -> Both:
-        """A first guess of them at its end: all of an electrode changes alike."""
-        negative, positive = (
-            total + self._missing(side, total) / ca.sum1(self._area(side))
-            for side, total in zip(self.electrodes, self._old_totals(), strict=True)
-        )
-        return negative, positive
+        """A first guess of them at its end: reactions answer the current as in the last step."""
+        old, (negative, positive) = self._old, self._old_totals()
+        more_A = self._missing(self.negative, negative) * self.p["area_m2"]
+        return negative + more_A * old["answer_n"], positive + more_A * old["answer_p"]
 
     def _guess(self, ready: Ready) -> Unknown:
         totals, old = self._expected_totals(), self._old
@@ -315,7 +316,7 @@ class StepModel:
         own: ca.SX = ca.fmax(salt[self.layout.layers()[side.name]], SALT_FLOOR_mol_m3)
         return own
 
-    def finished(self, z: Unknown, ready: Ready) -> Both:
+    def finished(self, z: Unknown, answers: ca.SX, ready: Ready) -> Both:
         """Next state, OUTPUTS but for the correction."""
         surfaces = self.surfaces(z, ready)
         totals, reactions = (surfaces[0].total, surfaces[1].total), z.reactions
@@ -330,8 +331,8 @@ class StepModel:
         enthalpy, heat, temperature = self._heat(
             (self.start_currents(begun), reactions), ends, voltage
         )
-        parts = [*(ca.vec(q) for q in modes), salt, *reactions, z.gap_V, enthalpy, voltage]
-        following = ca.vertcat(*parts, temperature)
+        parts = [*(ca.vec(q) for q in modes), salt, *reactions, z.gap_V, answers, enthalpy]
+        following = ca.vertcat(*parts, voltage, temperature)
         if begun:
             following = self._aged(following, begun, (surfaces[0], totals[0]), modes)
         x = ca.vertcat(*ends)

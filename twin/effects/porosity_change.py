@@ -7,7 +7,6 @@ import casadi as ca
 
 from twin.effects.effect import Parameter
 
-BRUGGEMAN = 1.5
 LEAST_POROSITY = 0.01  # a clogged electrode still conducts a little; below it nothing can be solved
 
 
@@ -29,6 +28,11 @@ class PorosityChange:
         "O'Kane et al., Phys. Chem. Chem. Phys. 24, 7909 (2022), doi:10.1039/d2cp00417h"
     )
     signature: ClassVar[str] = "transport limits at high rate grow worse with age"
+
+
+def bruggeman(share: ca.SX) -> ca.SX:
+    """share**1.5: transport in pores of which `share` is left, over transport before."""
+    return share * ca.sqrt(share)
 
 
 def remaining(initial: ca.SX, filled: ca.SX) -> ca.SX:
