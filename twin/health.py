@@ -136,18 +136,25 @@ class Examiner:
         weight = self._model.layout.layer(side).weight
         return float(weight @ state[self._model.layout.slice_of(f"left_{side[0]}")])
 
-    def _sites_mol(self, side: str, state: FloatArray) -> float:
-        """Lithium that the active material of an electrode of one cell can hold."""
-        v = self._values
-        solid = v[f"{side}.specific_area_m2_m3"] * v[f"{side}.particle_radius_m"] / 3
-        volume_m3 = v["area_m2"] * v[f"{side}.thickness_m"] * solid * self._left(side, state)
-        return volume_m3 * v[f"{side}.max_concentration_mol_m3"]
+    def _sites_mol(self, state: FloatArray) -> tuple[float, float]:
+        """Lithium that the active material of one cell can hold, negative and positive."""
+        lithium = self._model.lithium_mol(self._filled(state, (1.0, 1.0)), self._values)
+        return lithium["negative"], lithium["positive"]
+
+    def _filled(self, state: FloatArray, stoichiometry: tuple[float, float]) -> FloatArray:
+        """`state` with every particle uniform, negative and positive."""
+        layout, out = self._model.layout, state.copy()
+        for side, x in zip(("negative", "positive"), stoichiometry, strict=True):
+            modes = out[layout.slice_of(f"modes_{side[0]}")]  # a view: the means come first
+            modes[:] = 0.0
+            modes[: layout.layer(side).size] = x
+        return out
 
     def _window(self, state: FloatArray) -> _Window:
         """Where the lithium in the particles lies at the two cut-offs, every particle rested."""
         lithium = self._model.lithium_mol(state, self._values)
         inventory = lithium["negative"] + lithium["positive"]
-        holds = [self._sites_mol(side, state) for side in ("negative", "positive")]
+        holds = self._sites_mol(state)
 
         def positive(x: float) -> float:
             return (inventory - holds[0] * x) / holds[1]
@@ -183,22 +190,21 @@ class Examiner:
         return drops[0] * scale, drops[1] * scale
 
     def _rested(self, state: FloatArray, window: _Window) -> FloatArray:
-        """`state` without gradients and currents, in the middle of its capacity."""
-        layout, out = self._model.layout, state.copy()
-        for key, ends in (("n", window.negative), ("p", window.positive)):
-            modes = out[layout.slice_of(f"modes_{key}")]  # a view
-            modes[:] = 0.0
-            modes[: layout.electrodes[key == "p"]] = sum(ends) / 2
-            out[layout.slice_of(f"reaction_{key}")] = 0.0
-        if self._pack.ages:
-            out[layout.slice_of("total_n")] = 0.0
-        salt = layout.slice_of("salt")
-        content = self._model.lithium_mol(out, self._values)["electrolyte"]
-        out[salt] = 1.0
-        out[salt] *= content / self._model.lithium_mol(out, self._values)["electrolyte"]
-        out[layout.slice_of("temperature_K")] = self._pack.cell.reference_K
+        """A cell that aged as `state` did, without gradients, in the middle of its capacity."""
+        layout, pack = self._model.layout, self._pack
+        new = self._model.initial_state(0.5, pack.cell.reference_K, self._values)
+        out = self._filled(new, (sum(window.negative) / 2, sum(window.positive) / 2))
+        for name in layout.ageing_sizes():
+            if name not in CURRENTS:
+                out[layout.slice_of(name)] = state[layout.slice_of(name)]
+        content, uniform = (
+            self._model.lithium_mol(s, self._values)["electrolyte"] for s in (state, out)
+        )
+        out[layout.slice_of("salt")] *= content / uniform
         return out
 
 
+CURRENTS = ("total_n", "strip_n")
+"""Of what ageing adds to the state: zero at rest; all else lasts."""
 ALIVE = ("negative", "positive", "electrolyte")
 """Where lithium may be that is not lost."""

@@ -110,8 +110,8 @@ def replay(**options: object) -> None:
     replay.svg.
 
     The exit code is 0 if every case was simulated to its end, 1 if one ended early (what came
-    before is written), 2 if a file or an option cannot be used, 130 after Ctrl-C (the cases that
-    are done are written).
+    before is written), 2 if a file or an option cannot be used, 130 after Ctrl-C (the case at
+    work is finished, and all are written).
     """
     from analyze.workbench.replay import Request, run  # late: --help must not wait for them
 
@@ -168,7 +168,7 @@ def age(**options: object) -> None:
 
     The exit code is 0 if all cycles were done, or the capacity of --stop-at-capacity was reached;
     1 if a cycle could not be completed (all before is written); 2 if a file or an option cannot be
-    used; 130 after Ctrl-C (all whole cycles are written).
+    used; 130 after Ctrl-C (the cycle at work is finished, and all are written).
     """
     from analyze.workbench.age import Request, run  # late: --help must not wait for them
 

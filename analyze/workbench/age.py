@@ -22,7 +22,9 @@ from analyze.workbench.drawn import (
     read_drawn,
     refusing,
 )
+from analyze.workbench.interrupt import asked_to_stop
 from analyze.workbench.listing import print_table
+from analyze.workbench.plots import ageing_svg
 from analyze.workbench.watch import watching
 from reports.quantity import fixed
 from twin.ageing import Aged, Cycle, Regime, age
@@ -72,8 +74,6 @@ class _Life:
 
     def save(self) -> None:
         """Tables, then the checkpoint; each whole."""
-        if not self.cycles:
-            return
         columns = ageing_columns(self.cycles)
         write_whole(self.out / "ageing.csv", as_csv(columns))
         write_whole(self.out / "ageing.parquet", as_parquet(columns))
@@ -116,30 +116,28 @@ def run(request: Request) -> int:
     with refusing():
         interrupted = _live(request, drawn, regime, life)
         life.save()
-        if life.cycles:
-            from analyze.workbench.plots import ageing_svg  # late: only once, at the end
-
-            write_whole(
-                request.out / "ageing.svg", ageing_svg(life.cycles, repeated=request.repeat)
-            )
+        picture = ageing_svg(life.cycles, repeated=request.repeat)
+        write_whole(request.out / "ageing.svg", picture)
     return _tell(request, life, interrupted=interrupted)
 
 
 def _live(request: Request, drawn: Drawn, regime: Regime, life: _Life) -> bool:
     """Cycles until enough, or the end of it; True if a person interrupted it."""
     done = life.last.cycle.number if life.last else -1
-    try:
-        with watching(request.cycles, "cycles", done=max(done, 0)) as tell:
+    if _faded(request, life):
+        return False
+    left = islice(age(drawn.pack, regime, after=life.last), max(request.cycles - done, 0))
+    with (
+        asked_to_stop("cycle") as stop,
+        watching(request.cycles, "cycles", done=max(done, 0)) as tell,
+    ):
+        for aged in left:
+            life.add(aged)
+            tell(aged.cycle.number, _capacity_words(life))
             if _faded(request, life):
-                return False
-            lives = age(drawn.pack, regime, after=life.last)
-            for aged in islice(lives, max(request.cycles - done, 0)):
-                life.add(aged)
-                tell(aged.cycle.number, _capacity_words(life))
-                if _faded(request, life):
-                    break
-    except KeyboardInterrupt:
-        return True
+                break
+            if stop() and aged is life.last and aged.cycle.number < request.cycles:
+                return True
     return False
 
 
@@ -199,15 +197,10 @@ def _capacity_words(life: _Life) -> str:
 def _tell(request: Request, life: _Life, *, interrupted: bool) -> int:
     """What came of it; the exit code."""
     where = click.format_filename(request.out)
-    if not life.cycles:
-        click.echo("Interrupted before the first charge was done: nothing is written.", err=True)
-        return 130
     print_table(HEADER, rows(life.cycles))
     last = life.cycles[-1]
     click.echo(_lithium_words(last))
-    click.echo(
-        f"written to {where}: ageing.csv, ageing.parquet, ageing.svg; {CHECKPOINT} to go on from"
-    )
+    click.echo(f"written to {where}: ageing.csv, ageing.parquet, ageing.svg, {CHECKPOINT}")
     if interrupted:
         click.echo(
             f"Interrupted after {last.number} of {request.cycles} cycles. The same command with "
@@ -219,7 +212,7 @@ def _tell(request: Request, life: _Life, *, interrupted: bool) -> int:
         click.echo(
             f"Cycle {last.number} could not be completed; in the {last.stopped_in} "
             f"{last.status.value}. Under this regime the life of the pack ends after "
-            f"{last.number - 1} whole cycles.",
+            f"{max(last.number - 1, 0)} whole cycles.",
             err=True,
         )
         return 1

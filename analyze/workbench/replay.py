@@ -1,7 +1,6 @@
 """`twin replay`: one load or a sweep, written as tables and a drawing."""
 
 from collections.abc import Sequence
-from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -22,6 +21,7 @@ from analyze.workbench.cases import (
     summary_rows,
 )
 from analyze.workbench.drawn import Ask, pack_alone, pack_lines, read_drawn, refusing
+from analyze.workbench.interrupt import asked_to_stop
 from analyze.workbench.listing import print_table
 from analyze.workbench.plots import replay_svg
 from analyze.workbench.watch import watching
@@ -50,14 +50,15 @@ def run(request: Request) -> int:
         cases = _cases(request, choice)
     make_writable(request.out)
     done: list[Answer] = []
-    with suppress(KeyboardInterrupt), watching(len(cases), "cases") as tell:
+    with asked_to_stop("case") as stop, watching(len(cases), "cases") as tell:
         for answer in answers(cases):
             done.append(answer)
             tell(len(done), answer.case.name)
-    if done:
-        with refusing():
-            _write(request.out, done)
-        _tell(request.out, done)
+            if stop():
+                break
+    with refusing():
+        _write(request.out, done)
+    _tell(request.out, done)
     if len(done) < len(cases):
         click.echo(f"Interrupted: {len(done)} of {len(cases)} cases are done.", err=True)
         return 130

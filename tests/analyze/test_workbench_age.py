@@ -20,6 +20,7 @@ from twin.ageing import age
 
 ROOT = Path(__file__).parents[2]
 SAMPLES = ROOT / "sample_logs"
+PATIENCE_S = 300.0  # a compiler and other tests may have the machine
 FILES = {"ageing.csv", "ageing.parquet", "ageing.svg", "ageing.checkpoint.json"}
 
 
@@ -171,26 +172,25 @@ def test_a_log_is_flown(tmp_path: Path) -> None:
     assert len(table(tmp_path)) == 2
 
 
-@pytest.mark.parametrize("whole", [0, 1, 3])
-def test_the_cycles_before_an_interrupt_are_written(
+@pytest.mark.parametrize("whole", [0, 2])
+def test_the_cycle_at_an_interrupt_is_finished_and_written(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, whole: int
 ) -> None:
     def interrupted(*arguments, **how):
-        for k, aged in enumerate(age(*arguments, **how)):
-            if k == whole:
-                raise KeyboardInterrupt
+        for aged in age(*arguments, **how):
+            if aged.cycle.number == whole:
+                signal.raise_signal(signal.SIGINT)
             yield aged
 
     monkeypatch.setattr(command, "age", interrupted)
+    before = signal.getsignal(signal.SIGINT)
     result = call(tmp_path, "--cycles", "9")
+    assert signal.getsignal(signal.SIGINT) is before
     assert result.exit_code == 130
-    if whole == 0:
-        assert "nothing is written" in result.output
-        return
-    assert f"after {whole - 1} of 9 cycles" in result.output
-    assert len(table(tmp_path)) == whole
+    assert f"after {whole} of 9 cycles" in result.output
+    assert len(table(tmp_path)) == whole + 1
     state = json.loads((tmp_path / "out" / "ageing.checkpoint.json").read_text(encoding="utf-8"))
-    assert len(state["cycles"]) == whole
+    assert len(state["cycles"]) == whole + 1
 
 
 @pytest.mark.slow
@@ -201,22 +201,27 @@ def test_ctrl_c_keeps_the_whole_cycles(tmp_path: Path) -> None:
         "import analyze.workbench.age as a; a.SAVED_EVERY_S = 0.0\n"
         "from analyze.workbench.__main__ import main; main()"
     )
-    done = []
+    done = [0]
     for more in ((), ("--resume",)):
-        process = subprocess.Popen(
-            [sys.executable, "-c", code, *arguments(tmp_path, "--cycles", "100000", *more)],
-            cwd=ROOT, stderr=subprocess.PIPE, stdout=subprocess.DEVNULL, text=True,
-        )  # fmt: skip
-        file, limit = tmp_path / "out" / "ageing.csv", time.monotonic() + 60
-        target = (done[-1] if done else 0) + 3
-        while not (file.exists() and len(table(tmp_path)) >= target) and time.monotonic() < limit:
-            time.sleep(0.05)
-        process.send_signal(signal.SIGINT)
-        _, said = process.communicate(timeout=60)
+        command = [sys.executable, "-c", code, *arguments(tmp_path, "--cycles", "100000", *more)]
+        with subprocess.Popen(command, cwd=ROOT, stderr=subprocess.PIPE, text=True) as process:
+            try:
+                wait_for_rows(tmp_path, done[-1] + 3)
+                process.send_signal(signal.SIGINT)
+                _, said = process.communicate(timeout=PATIENCE_S)
+            finally:
+                process.kill()
         assert process.returncode == 130, said
         assert "--resume goes on" in said
         rows = table(tmp_path)
         assert [int(r["cycle"]) for r in rows] == list(range(len(rows)))
         done.append(len(rows))
         assert {p.name for p in (tmp_path / "out").iterdir()} == FILES
-    assert done[1] > done[0] >= 3
+    assert 3 <= done[1] < done[2]
+
+
+def wait_for_rows(folder: Path, count: int) -> None:
+    limit = time.monotonic() + PATIENCE_S
+    while not ((folder / "out" / "ageing.csv").exists() and len(table(folder)) >= count):
+        assert time.monotonic() < limit, f"no {count} rows in {PATIENCE_S} s"
+        time.sleep(0.05)

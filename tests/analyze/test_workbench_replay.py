@@ -3,6 +3,7 @@
 import csv
 import json
 import os
+import signal
 from pathlib import Path
 
 import numpy as np
@@ -209,8 +210,8 @@ def test_the_cases_before_an_interrupt_are_written(
 
     def interrupted(*arguments):
         calls.append(arguments)
-        if len(calls) == 3:
-            raise KeyboardInterrupt
+        if len(calls) == 2:
+            signal.raise_signal(signal.SIGINT)
         return simulate(*arguments)
 
     monkeypatch.setattr(cases, "simulate", interrupted)

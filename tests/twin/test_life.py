@@ -58,11 +58,6 @@ def test_what_is_lost_from_the_particles_is_found_by_mechanism(
         assert getattr(last.lost, name) > getattr(first.lost, name) > 0
 
 
-@pytest.mark.xfail(
-    strict=True,
-    reason="side currents enter the salt balance at a step's end, the charge balance at its mean: "
-    "plating after a jump leaves an error of first order in long steps",
-)
 def test_anions_take_part_in_nothing(life: list[Aged]) -> None:
     assert all(abs(a.cycle.health.salt_change) < 1e-9 for a in life)
 
