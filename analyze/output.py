@@ -1,15 +1,13 @@
 """The files of a flight and of a fleet; each appears whole or not at all."""
 
-import io
 import json
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
-import numpy as np
 import pyarrow as pa
-import pyarrow.parquet as pq
 from pydantic import ValidationError
 
+from analyze.columns import as_parquet, replay_columns
 from reports.fleet import Fleet, FleetFlight, charge_ah, fleet_page
 from reports.flight import FlightReport
 from reports.page import flight_page
@@ -18,7 +16,6 @@ from reports.result import Result
 from reports.results import result_of
 from reports.tables import profile_csv, segments_csv
 from segment.profile import PeriodicProfile
-from twin.replay import Replay
 from twin.whole_file import write_whole
 
 RESULT = "result.json"
@@ -44,7 +41,7 @@ def flight_files(report: FlightReport) -> Mapping[str, str | bytes]:
     files: dict[str, str | bytes] = {
         "report.html": render(flight_page(report)),
         "segments.csv": segments_csv(report.segments),
-        "replay.parquet": _parquet(_replay_columns(report.replay)),
+        "replay.parquet": as_parquet(replay_columns(report.replay)),
     }
     for motion, profile in report.profiles.items():
         if isinstance(profile, PeriodicProfile):
@@ -76,22 +73,8 @@ def write_fleet(out: Path, fleet: Fleet) -> None:
     ]
     write_whole(out / "failures.json", json.dumps(failures, indent=1, ensure_ascii=False) + "\n")
     rows = [_fleet_row(f) for f in sorted(fleet.flights, key=lambda f: f.folder)]
-    write_whole(out / "fleet.parquet", _parquet(_fleet_columns(rows)))
+    write_whole(out / "fleet.parquet", as_parquet(_fleet_columns(rows)))
     write_whole(out / "index.html", render(fleet_page(fleet)))
-
-
-def _replay_columns(replay: Replay) -> Mapping[str, pa.Array]:
-    solution, m = replay.solution, replay.solution.time_s.size
-    columns = {
-        "time_s": solution.time_s,
-        "current_A": solution.current_A,
-        "recorded_V": replay.recorded_V[:m],
-        "simulated_V": solution.voltage_V,
-        "soc": solution.soc,
-        "temperature_K": solution.temperature_K,
-        "heat_W": solution.heat_W,
-    }
-    return {name: pa.array(values, mask=np.isnan(values)) for name, values in columns.items()}
 
 
 FLEET_SCHEMA = pa.schema(
@@ -143,9 +126,3 @@ def _fleet_row(flight: FleetFlight) -> Mapping[str, object]:
 
 def _fleet_columns(rows: Sequence[Mapping[str, object]]) -> Mapping[str, pa.Array]:
     return {f.name: pa.array([row[f.name] for row in rows], type=f.type) for f in FLEET_SCHEMA}
-
-
-def _parquet(columns: Mapping[str, pa.Array]) -> bytes:
-    out = io.BytesIO()
-    pq.write_table(pa.table(dict(columns)), out)
-    return out.getvalue()

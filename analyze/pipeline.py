@@ -18,19 +18,26 @@ from flightlogs.recording import Recording
 from flightlogs.sensor import read_sensor
 from reports.flight import FlightReport, PackUse, Provenance
 from segment import cut, periodic_profiles
+from twin.cell import Cell
 from twin.replay import Replay
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Inputs:
-    """The files and options of one analysis; `sha256` is of all of them and the version."""
+class Source:
+    """A log, and how it is to be read: with which sensor and pack file, and of which battery."""
 
     log: Path
-    log_sha256: str
     sensor: Path | None
-    sensor_sha256: str
     pack: PackChoice | None
     battery: int | None
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Inputs(Source):
+    """The files and options of one analysis; `sha256` is of all of them and the version."""
+
+    log_sha256: str
+    sensor_sha256: str
     sha256: str
 
 
@@ -41,6 +48,54 @@ class Sensor:
     aligned: AlignedSensor | None = None
     refusal: str = ""
     warnings: tuple[LogWarning, ...] = ()
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Flight:
+    """What a log holds of one battery, and the pack that stands for it.
+
+    Attributes:
+        log: as it was read.
+        recording: of the battery, with all that is doubtful among its warnings.
+        alignment_refusal: why the sensor was not used, or "".
+        use: the pack, and how each of its numbers is known.
+        cell: its cells.
+    """
+
+    log: FlightLog
+    recording: Recording
+    alignment_refusal: str
+    use: PackUse
+    cell: Cell
+
+
+def read_flight(source: Source) -> Flight:
+    """Read and align, and say which pack it was.
+
+    Raises:
+        LogError: the log cannot be read, or (`Refusal`) its flight cannot be analysed.
+        OSError: a file cannot be opened.
+    """
+    with source.log.open("rb") as stream:
+        log = read_log(stream, name=printable(source.log.name))
+    sensor = _sensor(source, log)
+    recording = _recording(source, log, sensor)
+    reference = source.pack.cell if source.pack else DEFAULT_CELL
+    cell, remarks = cell_of(reference)
+    use = pack_use(
+        recording,
+        source.pack.file if source.pack else None,
+        cell,
+        builtin=isinstance(reference, str),
+    )
+    doubts = (*recording.warnings, *_doubts(recording, use, sensor, remarks))
+    return Flight(
+        log=log,
+        recording=replace(recording, warnings=doubts),
+        alignment_refusal=sensor.refusal,
+        use=use,
+        cell=cell,
+    )
 
 
 def analyse(inputs: Inputs, *, clock: Callable[[], float]) -> FlightReport:
@@ -55,44 +110,32 @@ def analyse(inputs: Inputs, *, clock: Callable[[], float]) -> FlightReport:
         OSError: a file cannot be opened.
     """
     began = clock()
-    with inputs.log.open("rb") as stream:
-        log = read_log(stream, name=printable(inputs.log.name))
-    sensor = _sensor(inputs, log)
-    recording = _recording(inputs, log, sensor)
-    segments = cut(recording)
-    reference = inputs.pack.cell if inputs.pack else DEFAULT_CELL
-    cell, remarks = cell_of(reference)
-    use = pack_use(
-        recording,
-        inputs.pack.file if inputs.pack else None,
-        cell,
-        builtin=isinstance(reference, str),
-    )
-    doubts = (*recording.warnings, *_doubts(recording, use, sensor, remarks))
-    played = replay(recording, use, cell)
+    flight = read_flight(inputs)
+    segments = cut(flight.recording)
+    played = replay(flight.recording, flight.use, flight.cell)
     return FlightReport(
-        log=log,
-        recording=replace(recording, warnings=doubts),
+        log=flight.log,
+        recording=flight.recording,
         segments=segments,
-        profiles=periodic_profiles(recording, segments),
-        alignment_refusal=sensor.refusal,
-        gaps=gaps_of(recording),
-        pack=use,
+        profiles=periodic_profiles(flight.recording, segments),
+        alignment_refusal=flight.alignment_refusal,
+        gaps=gaps_of(flight.recording),
+        pack=flight.use,
         replay=played,
         provenance=_provenance(inputs, played, clock() - began),
     )
 
 
-def _sensor(inputs: Inputs, log: FlightLog) -> Sensor:
+def _sensor(source: Source, log: FlightLog) -> Sensor:
     """The sensor's recording on the log's clock; a refusal leaves the autopilot's current."""
-    if inputs.sensor is None:
+    if source.sensor is None:
         return Sensor()
     warnings: tuple[LogWarning, ...] = ()
     try:
-        with inputs.sensor.open("rb") as stream:
-            recorded = read_sensor(stream, name=printable(inputs.sensor.name))
+        with source.sensor.open("rb") as stream:
+            recorded = read_sensor(stream, name=printable(source.sensor.name))
         warnings = recorded.warnings
-        aligned = align(recorded, log, battery=inputs.battery)
+        aligned = align(recorded, log, battery=source.battery)
     except AlignmentRefused as e:
         return Sensor(refusal=f"{e} ({e.code})", warnings=warnings)
     except LogError as e:
@@ -100,10 +143,10 @@ def _sensor(inputs: Inputs, log: FlightLog) -> Sensor:
     return Sensor(aligned=aligned, warnings=warnings)
 
 
-def _recording(inputs: Inputs, log: FlightLog, sensor: Sensor) -> Recording:
+def _recording(source: Source, log: FlightLog, sensor: Sensor) -> Recording:
     """As `assemble` gives it; a refusal also says why the sensor could not help."""
     try:
-        return assemble(log, battery=inputs.battery, sensor=sensor.aligned)
+        return assemble(log, battery=source.battery, sensor=sensor.aligned)
     except Refusal as e:
         if not sensor.refusal:
             raise

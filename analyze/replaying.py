@@ -34,18 +34,28 @@ def gaps_of(recording: Recording) -> Gaps:
     )
 
 
-def replay(recording: Recording, use: PackUse, cell: Cell) -> Replay:
-    """Draw the recorded current from the pack; judged between take-off and landing."""
-    load = Load(
+def load_of(recording: Recording, use: PackUse) -> Load:
+    """The recorded current in the surroundings of the pack."""
+    return Load(
         time_s=recording.time_s,
         current_A=recording.current_A,
         between=Between.LINEAR,
         ambient_K=use.ambient_K,
     )
+
+
+def judged_of(recording: Recording) -> npt.NDArray[np.bool_]:
+    """(n,) the samples between take-off and landing."""
     t, flight = recording.time_s, recording.flight
+    return np.asarray((t >= flight.start_s) & (t <= flight.stop_s))
+
+
+def replay(recording: Recording, use: PackUse, cell: Cell) -> Replay:
+    """Draw the recorded current from the pack; judged between take-off and landing."""
+    load = load_of(recording, use)
     return Replay(
         load=load,
         recorded_V=recording.voltage_V,
-        judged=(t >= flight.start_s) & (t <= flight.stop_s),
+        judged=judged_of(recording),
         solution=simulate(pack_of(use, cell), load),
     )

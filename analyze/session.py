@@ -1,6 +1,5 @@
 """One call of the command: find, run, tell, sum up."""
 
-import os
 from collections.abc import Callable, Sequence
 from contextlib import closing
 from dataclasses import dataclass, field
@@ -8,20 +7,17 @@ from pathlib import Path
 
 import click
 
+from analyze.checks import WrongUse, checked_pack, is_log, make_writable
 from analyze.find import Found, find, sensor_beside
 from analyze.fleet import outcomes
 from analyze.job import Done, Job, Outcome, sha256_of
 from analyze.lines import closing_line, done_line, failed_line
 from analyze.names import free_name, printable
 from analyze.output import read_result, write_fleet
-from analyze.pack_choice import PackChoice, read_pack
+from analyze.pack_choice import PackChoice
 from analyze.progress import progress
 from analyze.version import version
-from flightlogs.detect import HEAD_BYTES, detect
-from flightlogs.errors import NotALog
 from reports.fleet import Failure, Fleet, FleetFlight
-from twin.bpx_file import CellError
-from twin.pack_file import PackFileError, effect_ids
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -40,12 +36,6 @@ class Options:
     verbose: bool
 
 
-class WrongUse(click.ClickException):
-    """The command was called in a way that cannot work; exit code 2."""
-
-    exit_code = 2
-
-
 @dataclass(slots=True)
 class Tally:
     """What came of the jobs so far."""
@@ -61,9 +51,9 @@ class Tally:
 
 def run_session(options: Options) -> int:
     """Do all of it; the exit code: 0 all analysed, 1 some failed, 130 interrupted."""
-    pack = _pack(options.pack)
+    pack = checked_pack(options.pack) if options.pack else None
     found = _found(options)
-    _make_writable(options.out)
+    make_writable(options.out)
     tally = Tally()
     try:
         for path, reason in found.unreadable:
@@ -83,44 +73,14 @@ def run_session(options: Options) -> int:
     return 1 if tally.failed else 0
 
 
-def _pack(path: Path | None) -> PackChoice | None:
-    if path is None:
-        return None
-    try:
-        choice = read_pack(path)
-        effect_ids(choice.file)
-    except (PackFileError, CellError) as e:
-        raise WrongUse(str(e)) from e
-    return choice
-
-
 def _found(options: Options) -> Found:
-    found = find(options.paths, besides=options.out, is_log=_is_log)
+    found = find(options.paths, besides=options.out, is_log=is_log)
     if not found.logs and not found.unreadable:
         where = ", ".join(click.format_filename(p) for p in options.paths)
         raise WrongUse(f"no flight log in {where} ({found.passed_over} files looked at)")
     if options.sensor and len(found.logs) > 1:
         raise WrongUse(f"--sensor belongs to one log, but {len(found.logs)} are to be analysed")
     return found
-
-
-def _is_log(path: Path) -> bool:
-    with path.open("rb") as stream:
-        head = stream.read(HEAD_BYTES)
-    try:
-        detect(head, name="")
-    except NotALog:
-        return False
-    return True
-
-
-def _make_writable(out: Path) -> None:
-    try:
-        out.mkdir(parents=True, exist_ok=True)
-    except OSError as e:
-        raise WrongUse(f"{click.format_filename(out)}: cannot be made: {e.strerror}") from e
-    if not os.access(out, os.W_OK | os.X_OK):
-        raise WrongUse(f"{click.format_filename(out)}: may not be written to")
 
 
 def _jobs(

@@ -33,8 +33,13 @@ class Known:
     known: bool = True
 
 
-def pack_use(recording: Recording, file: PackFile | None, cell: Cell, *, builtin: bool) -> PackUse:
-    """Every number of the pack: from the pack file, else from the log, else a stated default."""
+def pack_use(
+    recording: Recording | None, file: PackFile | None, cell: Cell, *, builtin: bool
+) -> PackUse:
+    """Every number of the pack: from the pack file, else from the log, else a stated default.
+
+    One of `recording` and `file` may be None: a load that is no recording says nothing of the pack.
+    """
     parallel = file.pack.parallel if file else 1
     series, series_origin = _series(recording, file)
     capacity = _capacity(recording, file, cell, parallel)
@@ -48,11 +53,11 @@ def pack_use(recording: Recording, file: PackFile | None, cell: Cell, *, builtin
         cell_source=cell.source,
         calibrated=not builtin,
         series=series,
-        series_inferred=file is None and recording.series_inferred,
+        series_inferred=file is None and recording is not None and recording.series_inferred,
         parallel=parallel,
         capacity_C=capacity.value,
         capacity_known=capacity.known,
-        serial=recording.serial or (file.pack.serial if file else ""),
+        serial=(recording.serial if recording else "") or (file.pack.serial if file else ""),
         initial_soc=soc.value,
         initial_K=start.value,
         ambient_K=ambient.value,
@@ -82,25 +87,28 @@ def pack_of(use: PackUse, cell: Cell) -> Pack:
     )
 
 
-def _series(recording: Recording, file: PackFile | None) -> tuple[int, str]:
+def _series(recording: Recording | None, file: PackFile | None) -> tuple[int, str]:
     if file:
         return file.pack.series, "pack file"
+    assert recording is not None  # one of them must say what the pack is
     if recording.series_inferred:
         return recording.series, "cells in series inferred from the voltage"
     return recording.series, "cells in series from the log"
 
 
-def _capacity(recording: Recording, file: PackFile | None, cell: Cell, parallel: int) -> Known:
+def _capacity(
+    recording: Recording | None, file: PackFile | None, cell: Cell, parallel: int
+) -> Known:
     if file and file.pack.capacity_ah is not None:
         return Known(value=3600 * file.pack.capacity_ah, origin="pack file")
-    if recording.capacity_C is not None:
+    if recording and recording.capacity_C is not None:
         return Known(value=recording.capacity_C, origin="parameter in the log")
     origin = f"not known: that of the cell {cell.name} was taken"
     return Known(value=cell.nominal_capacity_C * parallel, origin=origin, known=False)
 
 
-def _temperature(recording: Recording, file: PackFile | None) -> Known:
-    measured = recording.temperature_K
+def _temperature(recording: Recording | None, file: PackFile | None) -> Known:
+    measured = recording.temperature_K if recording else None
     if measured is not None and np.isfinite(measured).any():
         first = measured[np.isfinite(measured)][0]
         return Known(value=float(first), origin="first measured temperature of the pack")
@@ -125,10 +133,10 @@ def _heat_transfer(file: PackFile | None) -> Known:
     return Known(value=default, origin="not known: the default of the effect")
 
 
-def _soc(recording: Recording, file: PackFile | None, cell: Cell, series: int) -> Known:
+def _soc(recording: Recording | None, file: PackFile | None, cell: Cell, series: int) -> Known:
     if file and file.start.soc is not None:
         return Known(value=file.start.soc, origin="pack file")
-    rest = rest_voltage(recording)
+    rest = rest_voltage(recording) if recording else None
     if rest is None:
         return Known(value=1.0, origin="not known: a full pack assumed")
     one = rest.value / series

@@ -47,7 +47,7 @@ def test_a_late_import_and_one_for_types_only_are_seen() -> None:
     assert set(imported(source)) == {"analyze", "reports"}
 
 
-@pytest.mark.parametrize("module", ["analyze.__main__", "twin.__main__"])
+@pytest.mark.parametrize("module", ["analyze.__main__", "analyze.workbench.__main__"])
 def test_a_command_line_loads_nothing_slow(module: str) -> None:
     """`--help` must answer at once; numpy alone would take a fifth of the time allowed."""
     code = f"import sys, {module}; print(*sys.modules)"

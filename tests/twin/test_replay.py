@@ -1,20 +1,16 @@
-"""A solution beside a recording, and the command that makes one from a CSV."""
+"""A solution beside a recording, a load from a CSV, and files that appear whole."""
 
 from pathlib import Path
 
 import numpy as np
 import pytest
-from click.testing import CliRunner
 
 from tests.reports import example
-from twin.__main__ import main
 from twin.load import Between, Load, LoadError
 from twin.load_csv import read_load_csv
 from twin.replay import Replay
 from twin.solution import Status
 from twin.whole_file import write_whole
-
-PACK = '[pack]\nname = "a"\ncell = "lipo_2200"\nseries = 4\n[start]\nsoc = 0.9\n'
 
 
 def replay(recorded_V: np.ndarray, judged: np.ndarray, samples: int) -> Replay:
@@ -67,59 +63,6 @@ def test_columns_are_known_by_their_header(tmp_path: Path, header: str) -> None:
     np.testing.assert_array_equal(load.current_A, [1.0, 2.0, 3.0])
     np.testing.assert_array_equal(table.voltage_V, [16.5, np.nan, 16.3])
     assert load.charge_C() == 3.0
-
-
-@pytest.mark.parametrize(
-    ("text", "said"),
-    [
-        ("t,current_A\n0,1\n", "no column 'time_s'"),
-        ("", "no column 'time_s'"),
-        ("time_s,current_A\n0,1\n1,x\n", "load.csv, line 3: current_A is 'x', no number"),
-        ("time_s,current_A\n0,1\n1\n", "line 3: current_A is ''"),
-        ("time_s,current_A\n0,1\n", "two samples or more"),
-        ("time_s,current_A\n1,1\n0,1\n", r"does not exceed"),
-        ("time_s,current_A\n0,1\n1,nan\n", "not finite"),
-    ],
-)
-def test_a_bad_load_is_wrong_use_with_the_place(tmp_path: Path, text: str, said: str) -> None:
-    (tmp_path / "load.csv").write_text(text, encoding="utf-8")
-    (tmp_path / "pack.toml").write_text(PACK, encoding="utf-8")
-    result = run(tmp_path)
-    assert result.exit_code == 2
-    assert said in result.output
-    assert not (tmp_path / "out").exists()
-
-
-def run(folder: Path):
-    return CliRunner().invoke(
-        main,
-        ["replay", str(folder / "load.csv"), "--pack", str(folder / "pack.toml"), "--out",
-         str(folder / "out")],
-    )  # fmt: skip
-
-
-def test_a_load_is_replayed_into_a_table_and_a_drawing(tmp_path: Path) -> None:
-    (tmp_path / "load.csv").write_text(
-        "time_s,current_A,voltage_V\n0,0,16.4\n1,20,15.9\n60,20,15.5\n", encoding="utf-8"
-    )
-    (tmp_path / "pack.toml").write_text(PACK, encoding="utf-8")
-    result = run(tmp_path)
-    assert result.exit_code == 0, result.output
-    assert "mV RMS" in result.output
-    rows = (tmp_path / "out" / "replay.csv").read_text(encoding="utf-8").splitlines()
-    assert len(rows) == 4
-    assert (tmp_path / "out" / "replay.svg").read_text(encoding="utf-8").endswith("</svg>\n")
-
-
-def test_a_load_beyond_the_pack_is_written_as_far_as_it_came(tmp_path: Path) -> None:
-    (tmp_path / "load.csv").write_text(
-        "time_s,current_A\n0,20\n3600,20\n", encoding="utf-8"
-    )  # 20 Ah from 2.2 Ah
-    (tmp_path / "pack.toml").write_text(PACK, encoding="utf-8")
-    result = run(tmp_path)
-    assert result.exit_code == 1
-    assert "cut-off" in result.output or "lithium" in result.output
-    assert (tmp_path / "out" / "replay.csv").is_file()
 
 
 def test_a_file_is_replaced_in_one_step_or_left_as_it_was(tmp_path: Path) -> None:

@@ -1,0 +1,49 @@
+"""What both commands look at before they begin; what is wrong with it is exit code 2."""
+
+import os
+from pathlib import Path
+
+import click
+
+from analyze.pack_choice import PackChoice, read_pack
+from flightlogs.detect import HEAD_BYTES, detect
+from flightlogs.errors import NotALog
+from twin.bpx_file import CellError
+from twin.pack_file import PackFileError, effect_ids
+
+
+class WrongUse(click.ClickException):
+    """The command was called in a way that cannot work; exit code 2."""
+
+    exit_code = 2
+
+
+def checked_pack(path: Path) -> PackChoice:
+    """The pack file, with its cell and its effects."""
+    try:
+        choice = read_pack(path)
+        effect_ids(choice.file)
+    except (PackFileError, CellError) as e:
+        raise WrongUse(str(e)) from e
+    return choice
+
+
+def make_writable(out: Path) -> None:
+    """The folder, there and open for writing."""
+    try:
+        out.mkdir(parents=True, exist_ok=True)
+    except OSError as e:
+        raise WrongUse(f"{click.format_filename(out)}: cannot be made: {e.strerror}") from e
+    if not os.access(out, os.W_OK | os.X_OK):
+        raise WrongUse(f"{click.format_filename(out)}: may not be written to")
+
+
+def is_log(path: Path) -> bool:
+    """By its first bytes."""
+    with path.open("rb") as stream:
+        head = stream.read(HEAD_BYTES)
+    try:
+        detect(head, name="")
+    except NotALog:
+        return False
+    return True

@@ -1,0 +1,1 @@
+"""The `twin` command: replay a load, age a pack."""

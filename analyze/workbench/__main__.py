@@ -1,0 +1,189 @@
+"""`twin`: the workbench of the electrochemical twin."""
+
+import sys
+from collections.abc import Callable
+from pathlib import Path
+
+import click
+
+AnyFile = click.Path(exists=True, dir_okay=False, path_type=Path)
+
+
+def numbers(above: float) -> Callable[[click.Context, click.Parameter, str | None], object]:
+    """What reads `"0.5,1"` as (0.5, 1.0), each above a bound."""
+
+    def read(
+        ctx: click.Context, param: click.Parameter, text: str | None
+    ) -> tuple[float, ...] | None:
+        if text is None:
+            return None
+        try:
+            found = tuple(float(part) for part in text.split(","))
+        except ValueError:
+            found = ()
+        if not found or not all(above < n < float("inf") for n in found):
+            raise click.BadParameter(
+                f"{text!r}: expected numbers above {above:g} with commas between them", ctx, param
+            )
+        return found
+
+    return read
+
+
+def shared(command: Callable[..., None]) -> Callable[..., None]:
+    """The options that say what is drawn from which pack, and where the results go."""
+    options = (
+        click.option(
+            "--pack", type=AnyFile, required=True, help="The pack, as pack.toml describes it."
+        ),
+        click.option(
+            "--out",
+            type=click.Path(path_type=Path),
+            required=True,
+            help="Folder of the results; what an earlier call left there is replaced.",
+        ),
+        click.option(
+            "--between",
+            type=click.Choice(["linear", "hold"]),
+            default="linear",
+            show_default=True,
+            help="How the current of a CSV runs between rows: straight (a sensor), or held "
+            "(programmed steps).",
+        ),
+        click.option(
+            "--sensor",
+            type=AnyFile,
+            help="Recording of a separate current sensor, for a log. By itself a file beside the "
+            "log is found: flight.ulg takes flight.sensor.csv or flight.csv.",
+        ),
+        click.option(
+            "--battery",
+            type=click.IntRange(min=0),
+            metavar="N",
+            help="Which battery of a log, counted from 0; by itself the one that carries the "
+            "flight.",
+        ),
+    )
+    for option in reversed(options):
+        command = option(command)
+    return command
+
+
+@click.group(context_settings={"help_option_names": ["-h", "--help"]})
+@click.version_option(package_name="drone-battery-health", prog_name="twin")
+def main() -> None:
+    """Simulate a battery pack with the P2D twin."""
+
+
+@main.command()
+@click.argument("source", metavar="[LOG|LOAD.csv]", required=False, type=AnyFile)
+@shared
+@click.option(
+    "--ambient-c",
+    metavar="NUMBERS",
+    callback=numbers(-100.0),
+    help="Temperatures, e.g. -10,0,25,40: one case each; pack and air begin with it.",
+)
+@click.option(
+    "--c-rate",
+    metavar="NUMBERS",
+    callback=numbers(0.0),
+    help="Rates, e.g. 0.5,1,2,3: constant currents down to the cut-off, in place of a load; one "
+    "case each.",
+)
+@click.option(
+    "--scale",
+    metavar="NUMBERS",
+    callback=numbers(0.0),
+    help="Factors on the current of the load: one case each.",
+)
+def replay(**options: object) -> None:
+    """Draw a current from a pack and write what the twin answers.
+
+    LOG is a flight log; LOAD.csv has a column time_s (or "Test Time / s") and current_A (or
+    "Current / A"), discharge positive, at the terminals of the pack. Where the voltage was
+    recorded (in the log, or a column voltage_V or "Voltage / V") the error is told too. With
+    --c-rate no load is needed. What the pack file does not say is taken from the log, else a full
+    pack at 25 °C.
+
+    Writes replay.csv and replay.parquet (a row a sample and case), summary.csv (a row a case) and
+    replay.svg.
+
+    The exit code is 0 if every case was simulated to its end, 1 if one ended early (what came
+    before is written), 2 if a file or an option cannot be used, 130 after Ctrl-C (the case at
+    work is finished, and all are written).
+    """
+    from analyze.workbench.replay import Request, run  # late: --help must not wait for them
+
+    _finish(lambda: run(Request(**options)))  # type: ignore[arg-type]
+
+
+@main.command()
+@click.argument("source", metavar="LOG|PROFILE.csv", type=AnyFile)
+@shared
+@click.option(
+    "--cycles", type=click.IntRange(min=1), required=True, help="How many, those done counted."
+)
+@click.option("--repeat", is_flag=True, help="Repeat the load up to the cut-off in each cycle.")
+@click.option(
+    "--rest-s",
+    type=click.FloatRange(min=0.0),
+    default=1800.0,
+    show_default=True,
+    help="Rest before the charge, and after it.",
+)
+@click.option(
+    "--charge-rate",
+    type=click.FloatRange(min=0.0, min_open=True),
+    default=1.0,
+    show_default=True,
+    help="Constant current of the charge, in C.",
+)
+@click.option(
+    "--until-rate",
+    type=click.FloatRange(min=0.0, min_open=True),
+    default=0.05,
+    show_default=True,
+    help="Current that ends the charge at constant voltage, in C.",
+)
+@click.option(
+    "--stop-at-capacity",
+    type=click.FloatRange(min=0.0, max=1.0),
+    metavar="SHARE",
+    help="Stop when less than this share of the first capacity is left, e.g. 0.8.",
+)
+@click.option(
+    "--resume", is_flag=True, help="Go on after the last whole cycle in --out, if there is one."
+)
+def age(**options: object) -> None:
+    """Repeat a flight, a rest, a charge and a rest, and write what becomes of the pack.
+
+    LOG or PROFILE.csv is the load, as for `twin replay`; --repeat flies it again and again until
+    the lower cut-off. Cycle 0 is the first charge, from the start that the pack file or the log
+    tells, so that every flight begins full. The effects that age a pack are those of `physics` in
+    the pack file.
+
+    Writes ageing.csv and ageing.parquet (a row a cycle), ageing.svg, and ageing.checkpoint.json,
+    from which --resume goes on; the tables and the checkpoint every few seconds.
+
+    The exit code is 0 if all cycles were done, or the capacity of --stop-at-capacity was reached;
+    1 if a cycle could not be completed (all before is written); 2 if a file or an option cannot be
+    used; 130 after Ctrl-C (the cycle at work is finished, and all are written).
+    """
+    from analyze.workbench.age import Request, run  # late: --help must not wait for them
+
+    _finish(lambda: run(Request(**options)))  # type: ignore[arg-type]
+
+
+def _finish(command: Callable[[], int]) -> None:
+    """Run it and leave with its exit code."""
+    try:
+        code = command()
+    except KeyboardInterrupt:
+        click.echo("Interrupted.", err=True)
+        code = 130
+    sys.exit(code)
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,171 @@
+"""What a command is to draw, from which pack: a flight log or a CSV, and the pack file."""
+
+import hashlib
+import json
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import asdict, dataclass, replace
+from pathlib import Path
+
+import click
+import numpy as np
+import numpy.typing as npt
+
+from analyze.checks import WrongUse, is_log
+from analyze.find import sensor_beside
+from analyze.names import printable
+from analyze.pack_choice import PackChoice, cell_of
+from analyze.pipeline import Source, read_flight
+from analyze.replaying import judged_of, load_of
+from analyze.start import pack_of, pack_use
+from flightlogs.errors import LogError
+from reports.flight import PackUse
+from reports.quantity import ampere_hours, celsius, fixed
+from twin.bpx_file import CellError
+from twin.load import Between, Load, LoadError
+from twin.load_csv import read_load_csv
+from twin.pack import Pack, PackError
+from twin.protocol import ProtocolError
+from twin.simulate import MAX_STEP_S
+
+FloatArray = npt.NDArray[np.float64]
+
+SEPARATOR = "\n         "
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Ask:
+    """The options both commands share."""
+
+    source: Path | None
+    pack: Path
+    out: Path
+    between: str
+    sensor: Path | None
+    battery: int | None
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Drawn:
+    """A load and the pack it is drawn from.
+
+    Attributes:
+        name: of the file.
+        load: no two samples further apart than a step of the kernel, so that least voltage and
+            energy are known well where the file is sparse.
+        recorded_V: (n,) at its times, NaN where there is none.
+        judged: (n,) bool, the samples that count in the error.
+        pack: as it starts.
+        use: its numbers, and where each comes from.
+        doubts: what is doubtful in the files, in words.
+    """
+
+    name: str
+    load: Load
+    recorded_V: FloatArray
+    judged: npt.NDArray[np.bool_]
+    pack: Pack
+    use: PackUse
+    doubts: tuple[str, ...]
+
+
+@contextmanager
+def refusing() -> Iterator[None]:
+    """What is wrong with a file or an option becomes wrong use, with the same words."""
+    try:
+        yield
+    except (CellError, LoadError, LogError, PackError, ProtocolError, OSError) as e:
+        raise WrongUse(str(e)) from e
+
+
+def pack_alone(choice: PackChoice) -> tuple[Pack, PackUse, tuple[str, ...]]:
+    """The pack of a pack file, as it says or by default, and what was assumed of its cell."""
+    cell, remarks = cell_of(choice.cell)
+    use = pack_use(None, choice.file, cell, builtin=isinstance(choice.cell, str))
+    return pack_of(use, cell), use, remarks
+
+
+def read_drawn(ask: Ask, choice: PackChoice) -> Drawn:
+    """The load of a log or a CSV; errors as in `refusing`."""
+    assert ask.source is not None
+    log = is_log(ask.source)
+    return _refined(_of_log(ask.source, ask, choice) if log else _of_csv(ask, choice))
+
+
+def _of_log(log: Path, ask: Ask, choice: PackChoice) -> Drawn:
+    flight = read_flight(
+        Source(log=log, sensor=ask.sensor or sensor_beside(log), pack=choice, battery=ask.battery)
+    )
+    recording = flight.recording
+    return Drawn(
+        name=printable(log.name),
+        load=load_of(recording, flight.use),
+        recorded_V=recording.voltage_V,
+        judged=judged_of(recording),
+        pack=pack_of(flight.use, flight.cell),
+        use=flight.use,
+        doubts=tuple(w.message for w in recording.warnings),
+    )
+
+
+def _of_csv(ask: Ask, choice: PackChoice) -> Drawn:
+    assert ask.source is not None
+    if ask.sensor or ask.battery is not None:
+        raise WrongUse(
+            f"{click.format_filename(ask.source)} is no flight log: --sensor and --battery "
+            "belong to one"
+        )
+    name = printable(ask.source.name)
+    try:
+        with ask.source.open(encoding="utf-8-sig", newline="") as stream:
+            table = read_load_csv(stream, name=name)
+    except UnicodeDecodeError as e:
+        raise LoadError(f"{name}: neither a flight log nor a CSV") from e
+    pack, use, remarks = pack_alone(choice)
+    n = table.time_s.size
+    return Drawn(
+        name=name,
+        load=table.load(between=Between(ask.between), ambient_K=use.ambient_K),
+        recorded_V=np.full(n, np.nan) if table.voltage_V is None else table.voltage_V,
+        judged=np.ones(n, dtype=bool),
+        pack=pack,
+        use=use,
+        doubts=remarks,
+    )
+
+
+def _refined(drawn: Drawn) -> Drawn:
+    """With samples added where they lie further apart than a step of the kernel."""
+    fine = drawn.load.refined(MAX_STEP_S)
+    where = np.searchsorted(fine.time_s, drawn.load.time_s)
+    voltage, judged = np.full(fine.time_s.shape, np.nan), np.zeros(fine.time_s.shape, dtype=bool)
+    voltage[where], judged[where] = drawn.recorded_V, drawn.judged
+    return replace(drawn, load=fine, recorded_V=voltage, judged=judged)
+
+
+def load_sha256(load: Load) -> str:
+    """Of all that a load is."""
+    text = f"{load.between.value} {load.ambient_K!r}".encode()
+    return hashlib.sha256(load.time_s.tobytes() + load.current_A.tobytes() + text).hexdigest()
+
+
+def pack_sha256(choice: PackChoice, use: PackUse) -> str:
+    """Of the files and of every number that was taken from them or from a log."""
+    numbers = json.dumps(asdict(use), sort_keys=True)
+    return hashlib.sha256(f"{choice.sha256} {numbers}".encode()).hexdigest()
+
+
+def pack_lines(use: PackUse) -> str:
+    """The pack in words, with the origin of what was a choice."""
+    said = {
+        "capacity_C": f"capacity {ampere_hours(use.capacity_C, 2)} Ah",
+        "initial_soc": f"charge at the start {fixed(100 * use.initial_soc, 1)} %",
+        "initial_K": f"temperature at the start {celsius(use.initial_K)} °C",
+        "ambient_K": f"air {celsius(use.ambient_K)} °C",
+    }
+    parts = [f"{text} ({use.origins[field]})" for field, text in said.items()]
+    return (
+        f"pack     {use.name}: {use.series} in series, {use.parallel} parallel, of {use.cell}\n"
+        f"         {SEPARATOR.join(parts)}\n"
+        f"physics  {', '.join(use.effects) or 'none beyond the isothermal P2D model'}"
+    )
