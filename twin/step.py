@@ -11,9 +11,9 @@ Both electrodes are solved each for itself; they meet in the salt, which every i
 along. The sums of lithium, salt and charge are exact for any iterate.
 
 In time: salt diffusion backward Euler; reactions run straight over the step, for which particles
-are exact and heat is the exact mean of its factors' products. Transport properties are those at the
-start (diffusivity) and of the salt that unchanged reactions would lead to (conductivity). A step of length 0 answers a
-jump.
+are exact and heat is the exact mean of its factors' products. Diffusivities are those at the start,
+conductivities those of the salt that unchanged reactions would lead to. A step of length 0 answers
+a jump.
 """
 
 from collections.abc import Mapping
