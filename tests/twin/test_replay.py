@@ -76,7 +76,7 @@ def test_columns_are_known_by_their_header(tmp_path: Path, header: str) -> None:
         ("", "no column 'time_s'"),
         ("time_s,current_A\n0,1\n1,x\n", "load.csv, line 3: current_A is 'x', no number"),
         ("time_s,current_A\n0,1\n1\n", "line 3: current_A is ''"),
-        ("time_s,current_A\n0,1\n", "two samples or more"),
+        ("time_s,current_A\n", "needs a sample or more"),
         ("time_s,current_A\n1,1\n0,1\n", r"does not exceed"),
         ("time_s,current_A\n0,1\n1,nan\n", "not finite"),
     ],
