@@ -23,9 +23,9 @@ from twin.solution import Solution
 
 FloatArray = npt.NDArray[np.float64]
 
-IDEAL = 1e6
-"""Factor on conductivities and on the diffusivity of the salt; what gradients are left make less
-than 1 uV at 5C."""
+IDEAL = 1e5
+"""Factor on conductivities and on the diffusivity of the salt; what gradients are left make 3 uV at
+5C (LG M50)."""
 RATES = (0.2, 0.5, 1.0, 2.0, 3.0, 5.0)
 SAMPLES = 1000  # of a discharge
 

@@ -141,16 +141,17 @@ class Stepper:
     def hold(self, start: Point, step_s: float, about_A: float, voltage_V: float) -> Point:
         """One step at whose end the voltage is `voltage_V`.
 
-        Secants in the current, kept between currents that miss it on either side; in a jump, back
-        towards the last current that was solved where one is not.
+        Secants in the current, kept between currents that miss it on either side; in a jump, half
+        as far from the last current that was solved where one is not.
         """
         current_A, last, state = about_A, None, start.state
-        low_A, high_A = -np.inf, np.inf  # more current, less voltage
+        low_A, high_A, reach_A = -np.inf, np.inf, np.inf  # more current, less voltage
         for _ in range(MAX_TRIES):
             point = self.move(state, step_s, current_A)
             if not self._solved(point):
                 if last is None or step_s > 0:  # a shorter step may be solved
                     return point
+                reach_A = abs(current_A - last.current_A) / 2
                 current_A = (current_A + last.current_A) / 2
                 continue
             miss_V = point.voltage_V - voltage_V
@@ -161,7 +162,8 @@ class Stepper:
                 slope = (point.voltage_V - last.voltage_V) / (current_A - last.current_A)
                 self.slope_V_A = slope if slope < 0 else self.slope_V_A
             last, state = point, point.state if step_s == 0 else start.state
-            current_A -= miss_V / self.slope_V_A
+            reach_A *= 2
+            current_A -= min(max(miss_V / self.slope_V_A, -reach_A), reach_A)
             if not low_A < current_A < high_A:
                 current_A = (low_A + high_A) / 2
         return Point(start.state, np.full(len(OUTPUTS), np.nan), current_A)
