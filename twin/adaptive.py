@@ -32,7 +32,7 @@ EVENT_V = 2e-6  # an event is located when it is missed by no more than this,
 EVENT_S = 1e-3  # or known to within this
 HELD_V = 2e-7  # a voltage is held to this
 SMALLEST_JUMP = 1e-3  # of a whole one that cannot be solved
-MAX_TRIES = 30
+MAX_TRIES = 100  # of a jump by full electrodes, whose potential is steep, in small parts
 SAFETY, SHRINK, GROW = 0.9, 0.2, 3.0
 
 WEIGHT_V = {"salt": 0.05, "modes_n": 1.0, "modes_p": 1.0, "temperature_K": 5e-3}
@@ -159,6 +159,8 @@ class Stepper:
                 return point
             low_A, high_A = (current_A, high_A) if miss_V > 0 else (low_A, current_A)
             if last is not None:
+                if current_A == last.current_A:  # no current is left between those that miss it
+                    break
                 slope = (point.voltage_V - last.voltage_V) / (current_A - last.current_A)
                 self.slope_V_A = slope if slope < 0 else self.slope_V_A
             last, state = point, point.state if step_s == 0 else start.state

@@ -23,6 +23,14 @@ def test_random_protocols_end_with_a_status_and_every_atom_counted(first: int) -
     assert [o.seed for o in outcomes if o.status is Status.NOT_CONVERGED] == []
 
 
+@pytest.mark.parametrize("seed", [27, 141, 188])
+def test_protocols_that_once_failed(seed: int) -> None:
+    """Holds that jump a brimming electrode's current, and one that ends at the end of the salt."""
+    got = fuzz.outcome("protocol", seed)
+    assert not got.faults
+    assert got.status is not Status.NOT_CONVERGED
+
+
 def not_a_number(s: Solution) -> Solution:
     return replace(s, voltage_V=s.voltage_V * np.nan)
 
