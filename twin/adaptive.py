@@ -25,13 +25,14 @@ from twin.step import OUTPUTS
 FloatArray = npt.NDArray[np.float64]
 
 FIRST_S = 0.1  # after a jump of the current
-SHORTEST_S = 1e-4  # a step that fails although this short ends the protocol
+SHORTEST_S = 1e-6  # a step that cannot be solved although this short ends the protocol
+MOST_DOUBTFUL = 100  # steps of a stretch that may exceed the tolerance, see `Stepper._step`
 LONGEST_S = 300.0
 EVENT_V = 2e-6  # an event is located when it is missed by no more than this,
 EVENT_S = 1e-3  # or known to within this
 HELD_V = 2e-7  # a voltage is held to this
 SMALLEST_JUMP = 1e-3  # of a whole one that cannot be solved
-MAX_TRIES = 12
+MAX_TRIES = 100  # of a jump by full electrodes, whose potential is steep, in small parts
 SAFETY, SHRINK, GROW = 0.9, 0.2, 3.0
 
 WEIGHT_V = {"salt": 0.05, "modes_n": 1.0, "modes_p": 1.0, "temperature_K": 5e-3}
@@ -70,7 +71,10 @@ Goal = Callable[[Point], float]
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Attempt:
-    """A step in two halves; `good`: all of it was solved, within salt and stoichiometry."""
+    """A step in two halves.
+
+    `good`: all of it was solved, within salt and stoichiometry; `error_V` is infinite if not.
+    """
 
     middle: Point
     end: Point
@@ -80,12 +84,16 @@ class Attempt:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Stretch:
-    """Accepted points, the first being the start; `length_s` (points - 1,) lies between them."""
+    """Accepted points, the first being the start; `length_s` (points - 1,) lies between them.
+
+    `came`: the goal was reached; `worst_V`: the largest error of an accepted step.
+    """
 
     points: list[Point]
     length_s: list[float]
     status: Status
     came: bool
+    worst_V: float = 0.0
 
     def charge_C(self) -> float:
         """Drawn from the cell: the current runs straight from point to point."""
@@ -131,17 +139,35 @@ class Stepper:
                 return point
 
     def hold(self, start: Point, step_s: float, about_A: float, voltage_V: float) -> Point:
-        """One step at whose end the voltage is `voltage_V`: secants in the current."""
-        current_A, last = about_A, None
+        """One step at whose end the voltage is `voltage_V`.
+
+        Secants in the current, kept between currents that miss it on either side; in a jump, half
+        as far from the last current that was solved where one is not.
+        """
+        current_A, last, state = about_A, None, start.state
+        low_A, high_A, reach_A = -np.inf, np.inf, np.inf  # more current, less voltage
         for _ in range(MAX_TRIES):
-            point = self.move(start.state, step_s, current_A)
-            if not self._solved(point) or abs(point.voltage_V - voltage_V) <= HELD_V:
+            point = self.move(state, step_s, current_A)
+            if not self._solved(point):
+                if last is None or step_s > 0:  # a shorter step may be solved
+                    return point
+                reach_A = abs(current_A - last.current_A) / 2
+                current_A = (current_A + last.current_A) / 2
+                continue
+            miss_V = point.voltage_V - voltage_V
+            if abs(miss_V) <= HELD_V:
                 return point
+            low_A, high_A = (current_A, high_A) if miss_V > 0 else (low_A, current_A)
             if last is not None:
+                if current_A == last.current_A:  # no current is left between those that miss it
+                    break
                 slope = (point.voltage_V - last.voltage_V) / (current_A - last.current_A)
                 self.slope_V_A = slope if slope < 0 else self.slope_V_A
-            last = point
-            current_A -= (point.voltage_V - voltage_V) / self.slope_V_A
+            last, state = point, point.state if step_s == 0 else start.state
+            reach_A *= 2
+            current_A -= min(max(miss_V / self.slope_V_A, -reach_A), reach_A)
+            if not low_A < current_A < high_A:
+                current_A = (low_A + high_A) / 2
         return Point(start.state, np.full(len(OUTPUTS), np.nan), current_A)
 
     def go(self, start: Point, duration_s: float, move: Move, goal: Goal) -> Stretch:
@@ -150,24 +176,40 @@ class Stepper:
         lengths: list[float] = []
         if not self._good(start):
             return Stretch(points, lengths, self._reason(start, start), came=False)
-        came = goal(start) >= 0
+        came, doubtful, worst_V = goal(start) >= 0, 0, 0.0
         while gone_s < duration_s and not came:
             step_s = min(step_s, LONGEST_S, duration_s - gone_s)
-            attempt = self._attempt(points[-1], step_s, move)
-            share = attempt.error_V / self._tolerance_V if attempt.good else np.inf
-            if share > 1:
-                step_s *= max(SHRINK, SAFETY / share**0.5)
-                if step_s < SHORTEST_S:
-                    reason = self._reason(attempt.end, points[-1])
-                    return Stretch(points, lengths, reason, came=False)
-                continue
+            step_s, attempt = self._step(points[-1], step_s, move)
+            share = attempt.error_V / self._tolerance_V
+            doubtful += share > 1
+            if not attempt.good or doubtful > MOST_DOUBTFUL:
+                reason = self._reason(attempt.end, points[-1])
+                return Stretch(points, lengths, reason, came=False, worst_V=worst_V)
+            worst_V = max(worst_V, attempt.error_V)
             if came := goal(attempt.end) >= 0:
                 step_s, attempt = self._locate(points[-1], step_s, attempt, move, goal)
             points += [attempt.middle, attempt.end]
             lengths += [step_s / 2, step_s / 2]
             gone_s = duration_s if step_s == duration_s - gone_s else gone_s + step_s
-            step_s *= min(GROW, SAFETY / max(share, 1e-9) ** 0.5)
-        return Stretch(points, lengths, Status.DONE, came=came)
+            if share <= 1:
+                step_s *= min(GROW, SAFETY / max(share, 1e-9) ** 0.5)
+        return Stretch(points, lengths, Status.DONE, came=came, worst_V=worst_V)
+
+    def _step(self, start: Point, step_s: float, move: Move) -> tuple[float, Attempt]:
+        """A step of `step_s` or less within the tolerance, else the most accurate that was tried.
+
+        What no step resolves is the first instant of a film on a fresh crack: the mean current of a
+        step is the larger, the shorter the step (amounts are exact for any).
+        """
+        best_s, best = step_s, None
+        while True:
+            attempt = self._attempt(start, step_s, move)
+            if best is None or attempt.error_V <= best.error_V:
+                best_s, best = step_s, attempt
+            share = attempt.error_V / self._tolerance_V
+            step_s *= max(SHRINK, SAFETY / max(share, 1e-9) ** 0.5)
+            if share <= 1 or step_s < SHORTEST_S:
+                return best_s, best
 
     def _locate(
         self, start: Point, step_s: float, beyond: Attempt, move: Move, goal: Goal
@@ -198,7 +240,8 @@ class Stepper:
             return Attempt(middle, end, np.inf, good=False)
         settled = self.move(self._extrapolated(whole, end), 0.0, end.current_A)
         good = self._good(middle) and self._good(settled)
-        return Attempt(middle, settled, self._error_V(whole, end), good=good)
+        error_V = self._error_V(whole, end) if good else np.inf
+        return Attempt(middle, settled, error_V, good=good)
 
     def _extrapolated(self, whole: Point, end: Point) -> FloatArray:
         """The state at `end`, its salt of second order, as much salt as there was."""

@@ -25,7 +25,7 @@ class Load:
     """A current over time, discharge positive; LoadError if it cannot be simulated.
 
     Attributes:
-        time_s: (n,) strictly increasing, n >= 2.
+        time_s: (n,) strictly increasing, n >= 1; a single sample asks for the voltage at once.
         current_A: (n,) at the terminals of whatever it is applied to (cell or pack).
         between: how the current runs between the samples.
         ambient_K: temperature of the surroundings.
@@ -41,8 +41,10 @@ class Load:
             values = np.array(getattr(self, name), dtype=float)
             values.flags.writeable = False
             object.__setattr__(self, name, values)
-        if self.time_s.ndim != 1 or self.time_s.size < 2:
-            raise LoadError(f"a load needs two samples or more, got {self.time_s.size}")
+        if self.time_s.ndim != 1 or not self.time_s.size:
+            raise LoadError(
+                f"a load needs a sample or more, one after the other: {self.time_s.shape}"
+            )
         if self.current_A.shape != self.time_s.shape:
             raise LoadError(f"{self.current_A.shape} currents for {self.time_s.shape} times")
         for name in ("time_s", "current_A"):

@@ -157,6 +157,9 @@ class StepResult:
         end_state: the kernel's state of one cell there.
         status: DONE if it ended as it says, else the limit that ended it.
         steps: kernel steps.
+        worst_error_V: the largest error of a time step, of one cell; beyond the tolerance in the
+            first moments of a film on fresh cracks, and after a jump no cycler could make. None for
+            a recorded load, whose steps are its samples.
     """
 
     step: Step
@@ -170,6 +173,7 @@ class StepResult:
     end_state: FloatArray
     status: Status
     steps: int
+    worst_error_V: float | None
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -273,6 +277,7 @@ def _follow(pack: Pack, step: FollowLoad, now: _Now, settings: Settings) -> Step
         end_state=solution.end_state,
         status=solution.status,
         steps=solution.steps,
+        worst_error_V=None,
     )
 
 
@@ -308,6 +313,7 @@ def _adapt(
         end_state=points[-1].state if points else now.state,
         status=status,
         steps=stepper.steps - before,
+        worst_error_V=stretch.worst_V,
     )
 
 

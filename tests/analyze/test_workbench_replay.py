@@ -42,7 +42,7 @@ def table(folder: Path, name: str) -> list[dict[str, str]]:
         ("", "no column 'time_s'"),
         ("time_s,current_A\n0,1\n1,x\n", "load.csv, line 3: current_A is 'x', no number"),
         ("time_s,current_A\n0,1\n1\n", "line 3: current_A is ''"),
-        ("time_s,current_A\n0,1\n", "two samples or more"),
+        ("time_s,current_A\n", "needs a sample or more"),
         ("time_s,current_A\n1,1\n0,1\n", "does not exceed"),
         ("time_s,current_A\n0,1\n1,nan\n", "not finite"),
     ],
