@@ -2,9 +2,9 @@
 
 Every step is made once whole and once in two halves. The difference is the error of the whole: that
 of salt diffusion (backward Euler) as much as that of the reactions (straight over a step). The
-halves are kept, their salt extrapolated (2 halves - whole, which is of second order), and a step of
-length 0 makes potentials and reactions fit it. Source: Hairer, Norsett, Wanner, Solving Ordinary
-Differential Equations I (Springer 1993), section II.4.
+halves are kept, what is of first order in them extrapolated (2 halves - whole, which is of second),
+and a step of length 0 makes potentials and reactions fit it. Source: Hairer, Norsett, Wanner,
+Solving Ordinary Differential Equations I (Springer 1993), section II.4.
 """
 
 from collections.abc import Callable
@@ -25,7 +25,7 @@ from twin.step import OUTPUTS
 FloatArray = npt.NDArray[np.float64]
 
 FIRST_S = 0.1  # after a jump of the current
-SHORTEST_S = 1e-6  # a step that cannot be solved although this short ends the protocol
+SHORTEST_S = 1e-7  # a step not solved although this short ends the protocol; fresh cracks need 1e-4
 MOST_DOUBTFUL = 100  # steps of a stretch that may exceed the tolerance, see `Stepper._step`
 LONGEST_S = 300.0
 EVENT_V = 2e-6  # an event is located when it is missed by no more than this,
@@ -60,6 +60,17 @@ class Point:
         """At the terminals."""
         return float(self.out[COLUMN["voltage_V"]])
 
+
+FIRST_ORDER = ("salt", "plated", "dead", "left_n", "left_p", "trapped_n", "trapped_p")
+"""What of the state a step changes only to first order in its length (active material: where stress
+follows the current at once). Films are exact."""
+
+KEPT = {
+    "salt": ("electrolyte",),
+    "modes_n": ("negative", "trapped_negative", "plated", "dead"),
+    "modes_p": ("positive", "trapped_positive"),
+}
+"""Of the state: amounts whose sum an extrapolation keeps, the first of them held there."""
 
 Move = Callable[[Point, float, float], Point]
 """(where, for how long [s], about which current it ends at [A]) -> where that leads; not solved if
@@ -244,13 +255,19 @@ class Stepper:
         return Attempt(middle, settled, error_V, good=good)
 
     def _extrapolated(self, whole: Point, end: Point) -> FloatArray:
-        """The state at `end`, its salt of second order, as much salt as there was."""
-        state, span = end.state.copy(), self.model.layout.slice_of("salt")
-        state[span] = 2 * end.state[span] - whole.state[span]
-        content, kept = (
-            self.model.lithium_mol(s, self.values)["electrolyte"] for s in (state, end.state)
-        )
-        state[span] *= kept / content  # not 1 where the porosity is not that of `whole`
+        """The state at `end`, FIRST_ORDER of second; KEPT as they were, to rounding."""
+        state, layout = end.state.copy(), self.model.layout
+        sizes = layout.sizes()
+        for name in FIRST_ORDER:
+            if name in sizes:
+                span = layout.slice_of(name)
+                state[span] = 2 * end.state[span] - whole.state[span]
+        now, kept = (self.model.lithium_mol(s, self.values) for s in (state, end.state))
+        nodes = dict(zip(KEPT, (layout.nodes, *layout.electrodes), strict=True))
+        for name, (held, *others) in KEPT.items():
+            moved = sum(kept[k] - now[k] for k in others if k in kept)
+            first = layout.slice_of(name).start
+            state[first : first + nodes[name]] *= (kept[held] + moved) / now[held]
         return state
 
     def _error_V(self, whole: Point, end: Point) -> float:

@@ -80,14 +80,15 @@ class ElectrodeSymbols:
     ) -> tuple[ca.SX, ca.SX]:
         """`particle.advance` with the reaction current [A/m2] as the flux.
 
-        A diffusivity that depends on stoichiometry is taken, at the start of the step, 2/7 of the
+        A diffusivity that depends on stoichiometry is taken, in the middle of the step, 2/7 of the
         way from mean to surface: there a steady profile, x' = -flux r / D, weighted by r**4 as its
         depth is, has its mean radius, so that the depth is right to second order. Exact where the
         diffusivity is constant; where it varies threefold over the window, 2C of the LG M50
         differs by 2.1 mV rms from a DFN that resolves it.
         """
-        mean = modes[:, 0]
-        middle = mean + 2 / 7 * (ca.sum2(modes) - mean)
+        holds = FARADAY_C_mol * self("max_concentration_mol_m3") * self("particle_radius_m")
+        mean, half_way = modes[:, 0], 1.5 * step_s * reaction / holds
+        middle = mean + 2 / 7 * (ca.sum2(modes) - mean) - half_way
         diffusivity = self.electrode.diffusivity_m2_s(middle)
         if self.uniform_diffusivity:
             diffusivity = ca.SX(diffusivity)[0]
@@ -100,7 +101,6 @@ class ElectrodeSymbols:
         fourier = (diffusivity * (self("diffusivity_factor") * warm * step_s)) / self(
             "particle_radius_m"
         ) ** 2
-        holds = FARADAY_C_mol * self("max_concentration_mol_m3") * self("particle_radius_m")
         known, loss = particle.advance(modes, reaction / holds, fourier, step_s, self.sphere)
         return known, loss / holds
 

@@ -10,7 +10,7 @@ from tests.reference.loads import LOADS, M50_AH, ReferenceLoad, constant
 
 FloatArray = npt.NDArray[np.float64]
 HERE = Path(__file__).parent
-FLIGHT_S, REST_S, CHARGE_S = 60.0, 3600.0, 1600.0
+FLIGHT_S, FLOWN_S, REST_S, CHARGE_S = 60.0, 400.0, 3600.0, 1600.0
 
 
 def _every(load: ReferenceLoad, step: int) -> ReferenceLoad:
@@ -35,6 +35,19 @@ def _cycles(count: int, rate_s: tuple[tuple[float, float], ...], *, parts: int) 
     return ReferenceLoad(time_s=np.array(times), current_A=np.array(rates) * M50_AH, hold=False)
 
 
+def _flown(count: int, flight: ReferenceLoad) -> ReferenceLoad:
+    """`count` times: the flight, a rest, what it drew back at 1C, a rest; ramps of 1 s between."""
+    drawn_C = np.trapezoid(flight.current_A, flight.time_s)
+    after = _cycles(1, ((0.0, 600.0), (-1.0, drawn_C / M50_AH - 1.0), (0.0, 600.0)), parts=1)
+    times: list[float] = []
+    currents: list[float] = []
+    for part in (flight, after) * count:
+        since = times[-1] + 1.0 if times else 0.0
+        times += list(since + part.time_s)
+        currents += list(part.current_A)
+    return ReferenceLoad(time_s=np.array(times), current_A=np.array(currents), hold=False)
+
+
 FULL = ((1.0, 3000.0), (0.0, 600.0), (-1.0, 1600.0), (0.0, 600.0))
 MIDDLE = ((1.0, 1600.0), (0.0, 600.0), (-1.0, 1600.0), (0.0, 600.0))
 AGEING_LOADS = {
@@ -45,6 +58,7 @@ AGEING_LOADS = {
     "cycle": (1.0, _cycles(1, FULL, parts=8)),
     "ten": (0.61, _cycles(10, MIDDLE, parts=1)),
     "fifty": (0.61, _cycles(50, MIDDLE, parts=1)),
+    "flown": (0.61, _flown(10, _every(_start(LOADS["lg_m50", "flight"], FLOWN_S), 40))),
 }
 """State of charge at the start, at rest, and the load; the charge ends before 4.2 V."""
 
@@ -54,6 +68,7 @@ ALONE = {
     "cycle": ("negative", "stress_diffusion"),
     "ten": ("negative", "stress_diffusion"),
     "fifty": ("negative",),
+    "flown": ("negative", "stress_diffusion"),
 }
 
 

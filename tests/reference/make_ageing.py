@@ -48,7 +48,7 @@ def make(name: str) -> str:
     _, kind, _, thermal = name.split("-")
     charge, load = AGEING_LOADS[kind]
     default = solve(name, DEFAULT, None)
-    slow = kind in ("flight", "ten", "fifty") or thermal == "lumped"
+    slow = kind in ("flight", "ten", "fifty", "flown") or thermal == "lumped"
     meshes = SLOW_MESHES if slow else MESHES
     coarse, middle, fine = [solve(name, mesh, TOLERANCE) for mesh in meshes]
     best, own, plain = {}, {}, {}

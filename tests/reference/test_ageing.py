@@ -42,5 +42,5 @@ def test_a_stored_case_is_converged_and_within_the_cut_offs(name: str) -> None:
         assert own[key] <= 1e-3 * largest + 1e-15
 
 
-def test_all_files_together_stay_under_half_a_megabyte() -> None:
-    assert sum(file.stat().st_size for file in HERE.glob("ageing-*.npz")) < 500_000
+def test_all_files_together_stay_under_a_megabyte() -> None:
+    assert sum(file.stat().st_size for file in HERE.glob("ageing-*.npz")) < 1_000_000

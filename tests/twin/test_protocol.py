@@ -99,6 +99,19 @@ def test_an_ageing_cell_keeps_its_lithium_through_flight_charge_and_rest(lipo: C
     assert abs(result.audit.charge_error_C) < 1e-8
 
 
+def test_lithium_does_not_drift_away_over_many_short_cycles(lipo: Cell) -> None:
+    """What each cycle misses adds up: `benchmarks/audit.py` runs a thousand."""
+    pack = Pack(cell=lipo, initial_soc=0.6, effects=chosen(EFFECTS, heat_transfer_W_m2_K=10.0))
+    whole = LOADS["lipo_2200", "flight"]
+    load = Load(time_s=whole.time_s[:100], current_A=whole.current_A[:100])
+    charge = ConstantCurrent(current_A=-2.2, duration_s=load.charge_C() / 2.2)
+    result = run(pack, (FollowLoad(load=load), charge, Rest(duration_s=60.0)) * 30).require()
+    before, after = result.audit.electrolyte_mol
+    assert abs(result.audit.relative_error) < 1e-13
+    assert after == pytest.approx(before, rel=1e-11)
+    assert abs(result.audit.charge_error_C) < 1e-12 * 60 * load.charge_C()
+
+
 def test_times_run_on_from_step_to_step(lipo: Cell) -> None:
     pack = Pack(cell=lipo, initial_soc=0.5)
     late = Load(time_s=np.array([100.0, 110.0]), current_A=np.ones(2))
