@@ -151,7 +151,7 @@ class DegradationSymbols:
         }
         for key, side in (("n", self.negative), ("p", self.positive)):
             lost = self._lost(side, tension[key]) * step_s
-            lost = ca.fmin(lost, old[f"left_{key}"])
+            lost = ca.fmax(ca.fmin(lost, old[f"left_{key}"] - active_material_loss.LEAST_LEFT), 0.0)
             out[f"left_{key}"] = old[f"left_{key}"] - lost
             out[f"trapped_{key}"] = old[f"trapped_{key}"] + lost * modes[key][:, 0]
         return out

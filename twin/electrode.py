@@ -89,6 +89,7 @@ class ElectrodeSymbols:
         holds = FARADAY_C_mol * self("max_concentration_mol_m3") * self("particle_radius_m")
         mean, half_way = modes[:, 0], 1.5 * step_s * reaction / holds
         middle = mean + 2 / 7 * (ca.sum2(modes) - mean) - half_way
+        middle = ca.fmin(ca.fmax(middle, 0.0), 1.0)  # a step too long is told by its error, not NaN
         diffusivity = self.electrode.diffusivity_m2_s(middle)
         if self.uniform_diffusivity:
             diffusivity = ca.SX(diffusivity)[0]

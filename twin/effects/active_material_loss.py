@@ -7,6 +7,7 @@ import casadi as ca
 
 from twin.effects.effect import Parameter
 
+LEAST_LEFT = 0.01  # share of a node's material that stays: without any its current has no surface
 HYDROSTATIC = 2.0 / 3.0  # of the tangential stress, the radial one being zero at the surface
 
 
