@@ -1,7 +1,7 @@
 """`Pack`: cells in series and parallel, how they start, and which effects act in them."""
 
 from collections import Counter
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -87,29 +87,13 @@ class Pack:
                 raise PackError(f"{name} = {value}: expected {low} to {high}")
         if self.capacity_C is not None and not 0 < self.capacity_C < 1e9:
             raise PackError(f"capacity_C = {self.capacity_C}: expected a positive number")
-        self._check_weak()
-
-    def _check_weak(self) -> None:
+        check_weak(self.weak, self.series)
         for weak in self.weak:
-            if weak.cell not in range(self.series + 1):
-                raise PackError(
-                    f"weak_cell: cell = {weak.cell}: expected 1 to {self.series}, or 0 for any one"
-                )
-            for p in weak.parameters:
-                if not p.lower <= (value := getattr(weak, p.name)) <= p.upper:
-                    raise PackError(
-                        f"weak_cell: {p.name} = {value}: expected {p.lower} to {p.upper}"
-                    )
             if not 0.0 <= self.initial_soc + weak.soc_offset <= 1.0:
                 raise PackError(
                     f"weak_cell: soc_offset = {weak.soc_offset} beside initial_soc = "
                     f"{self.initial_soc}: expected 0 to 1 together"
                 )
-        (place, times), *_ = Counter(w.cell for w in self.weak if w.cell).most_common(1) or [(0, 0)]
-        if times > 1:
-            raise PackError(f"weak_cell: cell = {place} in {times} of them: expected one a cell")
-        if len(self.weak) > self.series:
-            raise PackError(f"{len(self.weak)} weak cells: expected {self.series} at most")
 
     @property
     def scale(self) -> float:
@@ -203,3 +187,21 @@ class Pack:
     def ages(self) -> bool:
         """Some effect changes the cell for good."""
         return any(isinstance(e, AGEING) for e in self.effects)
+
+
+def check_weak(weak: Sequence[WeakCell], series: int) -> None:
+    """PackError if so many cells in series cannot differ so."""
+    for cell in weak:
+        if cell.cell not in range(series + 1):
+            raise PackError(
+                f"weak_cell: cell = {cell.cell}: expected 1 to {series}, or 0 for any one"
+            )
+        for p in cell.parameters:
+            if not p.lower <= (value := getattr(cell, p.name)) <= p.upper:
+                raise PackError(f"weak_cell: {p.name} = {value}: expected {p.lower} to {p.upper}")
+    named = Counter(cell.cell for cell in weak if cell.cell)
+    for place, times in named.items():
+        if times > 1:
+            raise PackError(f"weak_cell: cell = {place} in {times} of them: expected one a cell")
+    if len(weak) > series:
+        raise PackError(f"{len(weak)} weak cells: expected {series} at most")

@@ -47,12 +47,12 @@ class WeakCell:
     )
 
     def at(self, values: Mapping[str, float]) -> "WeakCell":
-        """This cell with other values for all of `parameters`."""
+        """This cell with other values for some of `parameters`."""
         return WeakCell(
             cell=self.cell,
-            capacity_factor=values["capacity_factor"],
-            soc_offset=values["soc_offset"],
-            resistance_ohm=values["resistance_ohm"],
+            capacity_factor=values.get("capacity_factor", self.capacity_factor),
+            soc_offset=values.get("soc_offset", self.soc_offset),
+            resistance_ohm=values.get("resistance_ohm", self.resistance_ohm),
         )
 
     def changed(self, cell: Mapping[str, float], parallel: int) -> dict[str, float]:
