@@ -1,9 +1,10 @@
 """Packs of unlike cells against single cells under the same current, and conservation."""
 
+from collections.abc import Sequence
 from dataclasses import replace
 
-import casadi as ca
 import numpy as np
+import numpy.typing as npt
 import pytest
 
 from twin.bpx_file import open_circuit_V
@@ -14,12 +15,15 @@ from twin.effects import EFFECTS, AnyEffect, SelfHeating, SeriesResistance, Weak
 from twin.kernel import Backend
 from twin.load import Load
 from twin.pack import Pack, PackError
-from twin.pack_model import stacked
+from twin.pack_model import PackModel
 from twin.population import population
 from twin.protocol import ConstantCurrent, FollowLoad, Rest, charge_cc_cv, run
 from twin.sensitivity import sensitivity
-from twin.simulate import changeable, simulate
+from twin.simulate import DEFAULT_MESH, changeable, simulate
 from twin.solution import Solution, Status
+from twin.step import StepModel
+
+Array = npt.NDArray[np.float64]
 
 T_S = np.arange(0.0, 60.0, 0.1)  # more than a chunk
 LOAD = Load(time_s=T_S, current_A=8 + 3 * np.sin(T_S))
@@ -76,15 +80,20 @@ def test_a_weak_cell_of_no_weakness_is_absence(lipo: Cell, effects: tuple[AnyEff
         assert b.voltage_V == pytest.approx(a.voltage_V, abs=1e-9)
 
 
-def test_means_extremes_and_each_cell_are_put_out_in_that_order() -> None:
-    state, drive, p = ca.MX.sym("x", 2), ca.MX.sym("drive", 5), ca.MX.sym("p", 1)
-    outputs = p * ca.DM([1, 2, 3, 4, 5, 6, 7])
-    pack = stacked(ca.Function("cell", [state, drive, p], [state * p, outputs]), (3, 1))
-    following, out = pack([1, 2, 3, 4], np.zeros(5), [1, 5])
-    assert following.full().ravel().tolist() == [1, 2, 15, 20]
-    of_pack, of_cells = out.full().ravel()[:7], out.full().ravel()[7:]
-    assert of_pack.tolist() == [2, 4, 6, 20, 5, 6, 14]
-    assert of_cells.tolist() == [1, 2, 3, 4, 5, 6, 7, 5, 10, 15, 20, 25, 30, 35]
+def test_means_extremes_and_each_cell_are_put_out_in_that_order(lipo: Cell) -> None:
+    def cell(state: Array, each: Sequence[Array], fixed: Sequence[Array]) -> tuple[Array, Array]:
+        drawn = np.cumsum(each[0][:, :1], axis=0)
+        return state + drawn * fixed[0], drawn * fixed[0] * np.arange(1.0, 8.0)
+
+    equations = PackModel(StepModel(lipo, DEFAULT_MESH), (3, 1), cell)
+    drive = np.array([[1.0], [0.5]])
+    states, out = equations.steps(np.array([1.0, 2.0, 3.0, 4.0]), drive, np.array([1.0, 5.0]))
+    assert states.tolist() == [[2, 3, 8, 9], [2.5, 3.5, 10.5, 11.5]]
+    assert out[0, :7].tolist() == [2, 4, 6, 20, 5, 6, 14]
+    assert out[0, 7:].tolist() == [1, 2, 3, 4, 5, 6, 7, 5, 10, 15, 20, 25, 30, 35]
+    assert out[1] == pytest.approx(1.5 * out[0])
+    assert equations.outputs == out.shape[1]
+    assert equations.of_kinds(out.T)[1, 3].tolist() == [20, 30]
 
 
 def test_cells_stand_where_they_are_named_and_the_unnamed_wherever_is_room(lipo: Cell) -> None:
