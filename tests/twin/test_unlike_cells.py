@@ -149,6 +149,21 @@ def test_every_kind_of_cell_keeps_its_lithium_in_every_kind_of_step(lipo: Cell) 
         *audit.lost_mol.values(),
     ]
     assert np.ptp(sum(total)) < 1e-13 * sum(total)[0]
+    good, weak = (
+        simulate(p, LOAD).audit.negative_mol[0]
+        for p in (Pack(cell=lipo, initial_soc=0.9), alone(pack, WEAK))
+    )
+    assert audit.negative_mol[0] == pytest.approx((2 * good + weak) / 3, rel=1e-12)
+
+
+def test_steps_are_as_short_as_the_cell_that_is_worst_off_needs(lipo: Cell) -> None:
+    weak = WeakCell(capacity_factor=0.2)
+    pack = Pack(cell=lipo, series=50, initial_soc=0.9, effects=(weak,))
+    step = ConstantCurrent(current_A=1.0, duration_s=600.0)
+    packs = pack, replace(pack, series=1, effects=()), alone(pack, weak)
+    together, good, bad = (run(p, (step,)).require().steps[0].steps for p in packs)
+    assert good < 0.7 * bad
+    assert together == pytest.approx(bad, rel=0.1)
 
 
 def test_the_weak_cell_ends_the_flight_and_the_answer_is_whole(lipo: Cell) -> None:
@@ -220,7 +235,7 @@ def end_V(solution: Solution) -> float:
 
 
 def test_each_weakness_leaves_its_mark(lipo: Cell) -> None:
-    equal = Pack(cell=lipo, series=3, initial_soc=0.8)
+    equal = Pack(cell=lipo, series=3, parallel=2, initial_soc=0.8)
     whole = simulate(equal, LOAD)
     for weak in (WeakCell(capacity_factor=0.7), WeakCell(soc_offset=-0.2)):
         assert end_V(simulate(replace(equal, effects=(weak,)), LOAD)) < end_V(whole) - 0.01
