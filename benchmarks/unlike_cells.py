@@ -12,6 +12,7 @@ from functools import partial
 from benchmarks.sensitivity import flight
 from twin.builtin import load_cell
 from twin.effects import EFFECTS, AnyEffect, SelfHeating, WeakCell, chosen
+from twin.load import Load
 from twin.pack import Pack
 from twin.protocol import charge_cc_cv, run
 from twin.simulate import simulate
@@ -23,11 +24,28 @@ WEAK = (0, 1, 2, 3, 5, 11)
 
 def packs(effects: tuple[AnyEffect, ...], start: float) -> list[Pack]:
     """Of 1, 2, 3, ... kinds of cells."""
-    cell = load_cell("lg_m50")
+    cell = load_cell("lipo_2200")
     cells = tuple(WeakCell(capacity_factor=1 - 0.01 * n) for n in range(1, SERIES))
     return [
-        Pack(cell=cell, series=SERIES, initial_soc=start, effects=effects + cells[:n]) for n in WEAK
+        Pack(
+            cell=cell,
+            series=SERIES,
+            capacity_C=18000.0,
+            initial_soc=start,
+            effects=effects + cells[:n],
+        )
+        for n in WEAK
     ]
+
+
+def fly(pack: Pack, load: Load) -> None:
+    """The whole flight."""
+    simulate(pack, load).require()
+
+
+def charge(pack: Pack) -> None:
+    """The whole charge."""
+    run(pack, charge_cc_cv(pack)).require()
 
 
 def seconds(work: Callable[[], object]) -> float:
@@ -58,8 +76,8 @@ def main() -> None:
         ("self-heating", (SelfHeating(),)),
         ("all ageing", chosen(EFFECTS, heat_transfer_W_m2_K=12.0)),
     ):
-        flights = [partial(simulate, pack, load) for pack in packs(effects, 1.0)]
-        charges = [partial(run, p, charge_cc_cv(p)) for p in packs(effects, 0.3)]
+        flights = [partial(fly, pack, load) for pack in packs(effects, 1.0)]
+        charges = [partial(charge, pack) for pack in packs(effects, 0.3)]
         for what, works in (("flight", flights), ("charge", charges)):
             for n, (taken_s, ratio) in zip(WEAK, ratios(list(works)), strict=True):
                 print(f"{what}, {name} | {n + 1} | {1e3 * taken_s:.0f} ms | {ratio:.2f}")
