@@ -9,10 +9,8 @@ from typing import Annotated, Any, get_args
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 from pydantic_core import ErrorDetails
 
-from twin.builtin import load_cell
-from twin.constants import ZERO_CELSIUS_K
 from twin.effects import AnyEffect, Mechanics, SelfHeating, WeakCell
-from twin.pack import Pack, PackError, check_weak
+from twin.pack import PackError, check_weak
 from twin.pack_physics import PhysicsError
 from twin.pack_physics import effects_of as physics_of
 from twin.pack_physics import mechanics_of as constants_of
@@ -21,9 +19,6 @@ Text = Annotated[str, Field(min_length=1)]
 Count = Annotated[int, Field(ge=1, le=1000, strict=True)]
 CapacityAh = Annotated[float, Field(gt=0.0, le=10_000.0)]
 Celsius = Annotated[float, Field(ge=-60.0, le=120.0)]  # wider than any pack survives
-
-
-ROOM_C = 25.0
 
 
 class PackFileError(ValueError):
@@ -115,33 +110,6 @@ def mechanics_of(file: PackFile | None) -> Mechanics:
 
 def _listed(file: PackFile) -> tuple[str, ...]:
     return (SelfHeating.id,) if file.twin.physics is None else file.twin.physics
-
-
-def pack_from(file: PackFile, folder: Path) -> Pack:
-    """The pack of a file in `folder`; full, and as warm as the air, where it is silent.
-
-    PackFileError if its numbers do not fit each other; CellError if its cell cannot be used.
-    """
-    ah, start_c = file.pack.capacity_ah, file.start.temperature_c
-    try:
-        return Pack(
-            cell=load_cell(cell_reference(file, folder)),
-            series=file.pack.series,
-            parallel=file.pack.parallel,
-            capacity_C=None if ah is None else 3600 * ah,
-            initial_soc=1.0 if file.start.soc is None else file.start.soc,
-            initial_K=ambient_K(file) if start_c is None else start_c + ZERO_CELSIUS_K,
-            effects=effects_of(file),
-            mechanics=mechanics_of(file),
-        )
-    except PackError as e:
-        raise PackFileError(f"{file.pack.name}: {e}") from e
-
-
-def ambient_K(file: PackFile) -> float:
-    """Temperature of the air; of a room where the file is silent."""
-    ambient_c = file.environment.ambient_c
-    return (ROOM_C if ambient_c is None else ambient_c) + ZERO_CELSIUS_K
 
 
 def cell_reference(pack: PackFile, folder: Path) -> str | Path:

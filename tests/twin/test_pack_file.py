@@ -16,11 +16,9 @@ from twin.effects import (
 )
 from twin.pack_file import (
     PackFileError,
-    ambient_K,
     cell_reference,
     effects_of,
     mechanics_of,
-    pack_from,
     parse_pack_file,
 )
 
@@ -168,24 +166,6 @@ def test_physics_that_cannot_be_is_refused_by_key(text: str, said: str) -> None:
     with pytest.raises(PackFileError, match=r"^pack\.toml: ") as error:
         parse_pack_file(text, name="pack.toml")
     assert said in str(error.value)
-
-
-def test_a_pack_file_becomes_a_pack() -> None:
-    text = WHOLE.replace("cell.bpx.json", "lipo_2200") + "[effects.weak_cell]\nsoc_offset = -0.1\n"
-    text = text.replace('"self_heating"', '"self_heating", "weak_cell"').replace("1.0", "0.8")
-    file = parse_pack_file(text.replace("ambient_c = 25.0", "ambient_c = 5.0"), name="pack.toml")
-    pack = pack_from(file, Path())
-    assert (pack.series, pack.parallel, pack.capacity_C) == (4, 1, 2.2 * 3600)
-    assert (pack.initial_soc, pack.initial_K, ambient_K(file)) == (0.8, 298.15, 278.15)
-    assert pack.effects == (SelfHeating(heat_transfer_W_m2_K=12.0), WeakCell(soc_offset=-0.1))
-
-
-def test_where_a_pack_file_is_silent_the_pack_is_full_and_as_warm_as_a_room() -> None:
-    pack = pack_from(parse_pack_file(PACK.replace("cell.bpx.json", "lg_m50"), name="p"), Path())
-    assert (pack.initial_soc, pack.initial_K, pack.capacity_C) == (1.0, 298.15, None)
-    text = WEAK.replace("cell.bpx.json", "lg_m50") + "soc_offset = 0.1"
-    with pytest.raises(PackFileError, match=r"soc_offset = 0\.1 beside initial_soc = 1\.0"):
-        pack_from(parse_pack_file(text, name="p"), Path())
 
 
 @pytest.mark.parametrize(
