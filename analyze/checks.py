@@ -9,7 +9,7 @@ from analyze.pack_choice import PackChoice, read_pack
 from flightlogs.detect import HEAD_BYTES, detect
 from flightlogs.errors import NotALog
 from twin.bpx_file import CellError
-from twin.pack_file import PackFileError, effect_ids
+from twin.pack_file import PackFileError
 
 
 class WrongUse(click.ClickException):
@@ -21,11 +21,9 @@ class WrongUse(click.ClickException):
 def checked_pack(path: Path) -> PackChoice:
     """The pack file, with its cell and its effects."""
     try:
-        choice = read_pack(path)
-        effect_ids(choice.file)
+        return read_pack(path)
     except (PackFileError, CellError) as e:
         raise WrongUse(str(e)) from e
-    return choice
 
 
 def make_writable(out: Path) -> None:

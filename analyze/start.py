@@ -10,9 +10,9 @@ from reports.flight import PackUse
 from twin.bpx_file import open_circuit_V
 from twin.cell import Cell
 from twin.constants import ZERO_CELSIUS_K
-from twin.effects import SelfHeating, chosen
+from twin.effects import SelfHeating
 from twin.pack import Pack
-from twin.pack_file import PackFile, effect_ids
+from twin.pack_file import PackFile, effects_of, mechanics_of
 
 ROOM_K = 298.15
 # Of the median current in the air: motors off or idling. Taking the slope's share back leaves a
@@ -62,7 +62,8 @@ def pack_use(
         initial_K=start.value,
         ambient_K=ambient.value,
         heat_transfer_W_m2_K=transfer.value,
-        effects=effect_ids(file),
+        effects=effects_of(file),
+        mechanics=mechanics_of(file),
         origins={
             "series": series_origin,
             "capacity_C": capacity.origin,
@@ -83,7 +84,8 @@ def pack_of(use: PackUse, cell: Cell) -> Pack:
         capacity_C=use.capacity_C,
         initial_soc=use.initial_soc,
         initial_K=use.initial_K,
-        effects=chosen(use.effects, heat_transfer_W_m2_K=use.heat_transfer_W_m2_K),
+        effects=use.effects,
+        mechanics=use.mechanics,
     )
 
 

@@ -63,7 +63,7 @@ def fly(case: Flight) -> Outcome:
     one.run()
     got = solution_of(one, pack, load)
     faults = list(_not_finite(got, ("voltage_V", "temperature_K", "soc", "heat_W", "end_state")))
-    faults += _impossible(one.model, got.end_state)
+    faults += _impossible(one.model.cell, got.end_state)
     through_C = float(
         np.dot(np.diff(load.time_s), np.abs(load.current_A[1:]) + np.abs(load.current_A[:-1]))
     )

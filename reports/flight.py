@@ -7,6 +7,7 @@ from flightlogs.log import FlightLog
 from flightlogs.recording import Recording
 from segment.profile import PeriodicProfile, TooLittle
 from segment.segment import Motion, Segment
+from twin.effects import AnyEffect, Mechanics
 from twin.replay import Replay
 
 ASSESSED = (Motion.HOVER, Motion.VERTICAL, Motion.HORIZONTAL)
@@ -32,7 +33,8 @@ class PackUse:
         initial_K: temperature of the pack at the start.
         ambient_K: temperature of the air.
         heat_transfer_W_m2_K: from the cell to the air.
-        effects: ids of the physical effects that were switched on.
+        effects: the physical effects that were switched on.
+        mechanics: elastic constants, for the effects that need them.
         origins: field -> where its value comes from, in words, for every field that was a choice.
     """
 
@@ -50,8 +52,14 @@ class PackUse:
     initial_K: float
     ambient_K: float
     heat_transfer_W_m2_K: float
-    effects: tuple[str, ...]
+    effects: tuple[AnyEffect, ...]
+    mechanics: Mechanics
     origins: Mapping[str, str]
+
+    @property
+    def effect_ids(self) -> tuple[str, ...]:
+        """Of the effects, each once."""
+        return tuple(dict.fromkeys(e.id for e in self.effects))
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -179,7 +179,7 @@ def _provenance(report: FlightReport) -> ProvenancePart:
             initial_temperature_c=pack.initial_K - ZERO_CELSIUS_K,
             ambient_c=pack.ambient_K - ZERO_CELSIUS_K,
             heat_transfer_W_m2_K=pack.heat_transfer_W_m2_K,
-            physics=pack.effects,
+            physics=pack.effect_ids,
             inputs_sha256=made.inputs_sha256,
         ),
         solver=made.solver,

@@ -14,13 +14,13 @@ import numpy as np
 import numpy.typing as npt
 
 from twin.kernel import Backend
+from twin.limits import COLUMN, Limits
 from twin.mesh import Mesh
 from twin.newton import CONVERGED_V
-from twin.pack import Pack
-from twin.parameters import vector
-from twin.simulate import COLUMN, Limits, built, surroundings
+from twin.pack import CellKind, Pack
+from twin.pack_model import pack_model
+from twin.simulate import surroundings
 from twin.solution import Status
-from twin.step import OUTPUTS
 
 FloatArray = npt.NDArray[np.float64]
 
@@ -43,12 +43,12 @@ but at their ends. Temperature: 0.1 V of overpotential that changes by 5 % per k
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Point:
-    """One cell at a moment.
+    """A pack at a moment.
 
     Attributes:
         state: the kernel's.
-        out: (OUTPUTS,) there.
-        current_A: of the cell, discharge positive.
+        out: (outputs,) there.
+        current_A: of each cell, discharge positive.
     """
 
     state: FloatArray
@@ -57,7 +57,7 @@ class Point:
 
     @property
     def voltage_V(self) -> float:
-        """At the terminals."""
+        """Of the mean cell."""
         return float(self.out[COLUMN["voltage_V"]])
 
 
@@ -113,27 +113,24 @@ class Stretch:
 
 
 class Stepper:
-    """One cell of a pack in given surroundings; counts its kernel steps."""
+    """The cells of a pack in given surroundings; counts its kernel steps."""
 
     def __init__(
         self, pack: Pack, ambient_K: float, tolerance_V: float, mesh: Mesh, backend: Backend
     ) -> None:
-        self.model, self._kernel = built(
-            pack.cell, mesh, backend, ageing=pack.ages, stressed=pack.stressed
-        )
-        self.values = pack.cell_parameters()
+        self.model, self.kinds = pack_model(pack, mesh, backend), pack.cells()
         self.limits = Limits(pack.cell.lower_cut_off_V, pack.cell.upper_cut_off_V)
         self.steps = 0
-        self._p, self._tail = vector(self.values), surroundings(pack, ambient_K)
+        self._p, self._tail = self.model.parameters(self.kinds), surroundings(pack, ambient_K)
         self._tolerance_V = tolerance_V
-        rate_A = self.values["area_m2"] / pack.cell.area_m2 * pack.cell.nominal_capacity_C / 3600
+        rate_A = pack.scale * pack.cell.nominal_capacity_C / 3600
         self.slope_V_A = -0.05 / rate_A  # of voltage over current; corrected as voltages are held
 
     def move(self, state: FloatArray, step_s: float, current_A: float) -> Point:
         """One kernel step, the current running straight to `current_A`."""
         self.steps += 1
         drive = np.array([[step_s, current_A, *self._tail]])
-        following, out = self._kernel(state, [drive], [self._p])
+        following, out = self.model.steps(state, drive, self._p)
         return Point(following[0], out[0], current_A)
 
     def jump(self, state: FloatArray, from_A: float, to_A: float) -> Point:
@@ -179,7 +176,7 @@ class Stepper:
             current_A -= min(max(miss_V / self.slope_V_A, -reach_A), reach_A)
             if not low_A < current_A < high_A:
                 current_A = (low_A + high_A) / 2
-        return Point(start.state, np.full(len(OUTPUTS), np.nan), current_A)
+        return Point(start.state, np.full(self.model.outputs, np.nan), current_A)
 
     def go(self, start: Point, duration_s: float, move: Move, goal: Goal) -> Stretch:
         """Steps from `start` until `goal` is reached, or for `duration_s`."""
@@ -256,28 +253,39 @@ class Stepper:
 
     def _extrapolated(self, whole: Point, end: Point) -> FloatArray:
         """The state at `end`, FIRST_ORDER of second; KEPT as they were, to rounding."""
-        state, layout = end.state.copy(), self.model.layout
+        out = end.state.copy()
+        states = (self.model.states(s) for s in (out, end.state, whole.state))
+        for kind, state, halves, one in zip(self.kinds, *states, strict=True):
+            self._extrapolate(kind, state, halves, one)
+        return out
+
+    def _extrapolate(
+        self, kind: CellKind, state: FloatArray, halves: FloatArray, whole: FloatArray
+    ) -> None:
+        """Of one cell: `state`, a copy of `halves`, is written to."""
+        cell, layout = self.model.cell, self.model.cell.layout
         sizes = layout.sizes()
         for name in FIRST_ORDER:
             if name in sizes:
                 span = layout.slice_of(name)
-                state[span] = 2 * end.state[span] - whole.state[span]
-        now, kept = (self.model.lithium_mol(s, self.values) for s in (state, end.state))
+                state[span] = 2 * halves[span] - whole[span]
+        now, kept = (cell.lithium_mol(s, kind.values) for s in (state, halves))
         nodes = dict(zip(KEPT, (layout.nodes, *layout.electrodes), strict=True))
         for name, (held, *others) in KEPT.items():
             moved = sum(kept[k] - now[k] for k in others if k in kept)
             first = layout.slice_of(name).start
             state[first : first + nodes[name]] *= (kept[held] + moved) / now[held]
-        return state
 
     def _error_V(self, whole: Point, end: Point) -> float:
-        layout, difference = self.model.layout, end.state - whole.state
-        salt = self.values["electrolyte.initial_concentration_mol_m3"]
+        """Of the cell that is worst off: none hides behind the mean."""
+        layout, difference = self.model.cell.layout, self.model.states(end.state - whole.state)
+        salt = self.kinds[0].values["electrolyte.initial_concentration_mol_m3"]
         errors = [
-            weight * np.abs(difference[layout.slice_of(name)]).max() / (salt if n == 0 else 1.0)
+            weight * np.abs(difference[:, layout.slice_of(name)]).max() / (salt if n == 0 else 1.0)
             for n, (name, weight) in enumerate(WEIGHT_V.items())
         ]
-        errors.append(abs(end.voltage_V - whole.voltage_V))
+        voltages = (self.model.of_kinds(p.out)[:, COLUMN["voltage_V"]] for p in (end, whole))
+        errors.append(np.abs(np.subtract(*voltages)).max())
         errors.append(abs((end.current_A - whole.current_A) * self.slope_V_A))
         return float(max(errors))
 

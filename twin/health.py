@@ -11,12 +11,13 @@ import numpy.typing as npt
 from scipy.optimize import brentq
 
 from twin.adaptive import Stepper
+from twin.audit import audit
 from twin.constants import FARADAY_C_mol
 from twin.kernel import Backend
 from twin.mesh import Mesh
-from twin.pack import Pack
+from twin.pack import Pack, PackError
 from twin.protocol import TOLERANCE_V
-from twin.simulate import DEFAULT_MESH, audit
+from twin.simulate import DEFAULT_MESH
 
 FloatArray = npt.NDArray[np.float64]
 
@@ -83,18 +84,23 @@ class _Window:
 
 
 class Examiner:
-    """Examines states of one pack (on one mesh); built once, since it holds functions."""
+    """Examines states of one pack (on one mesh); built once, since it holds functions.
+
+    PackError for a pack of unlike cells: each of them has a health of its own.
+    """
 
     def __init__(
         self, pack: Pack, *, mesh: Mesh = DEFAULT_MESH, backend: Backend = Backend.AUTO
     ) -> None:
         self._pack = pack
         self._stepper = Stepper(pack, pack.cell.reference_K, TOLERANCE_V, mesh, backend)
-        self._model, self._values = self._stepper.model, self._stepper.values
+        if len(self._stepper.kinds) > 1:
+            raise PackError("a pack of unlike cells is not examined as one: leave out weak_cell")
+        self._model, self._values = self._stepper.model.cell, self._stepper.kinds[0].values
         x, y = ca.SX.sym("x"), ca.SX.sym("y")
         open_V = pack.cell.positive.ocp_V(y) - pack.cell.negative.ocp_V(x)
         self._open_circuit_V = ca.Function("open_circuit", [x, y], [open_V])
-        self.new = self._model.initial_state(pack.initial_soc, pack.initial_K, self._values)
+        self.new = self._stepper.model.initial_state(self._stepper.kinds)
         """(states,) of a cell at the start of life."""
 
     def examine(self, state: FloatArray, net_charge_C: float) -> Health:

@@ -1,6 +1,11 @@
-"""`Pack`: equal cells in series and parallel, how they start, and which effects act in them."""
+"""`Pack`: cells in series and parallel, how they start, and which effects act in them."""
 
+from collections import Counter
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
 
 from twin.cell import Cell
 from twin.effects import (
@@ -10,8 +15,11 @@ from twin.effects import (
     Mechanics,
     SeriesResistance,
     StressEnhancedDiffusion,
+    WeakCell,
 )
 from twin.parameters import ageing_parameters, cell_parameters, mechanics_parameters
+
+FloatArray = npt.NDArray[np.float64]
 
 OKANE_2022 = Mechanics()
 
@@ -20,9 +28,31 @@ class PackError(ValueError):
     """A pack that cannot be; the text says which number and what it may be."""
 
 
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class CellKind:
+    """Cells of a pack that are alike in every number.
+
+    Attributes:
+        values: the kernel's parameters, of one cell.
+        initial_soc: state of charge at the start.
+        initial_K: temperature at the start.
+        count: how many places in the series they have.
+    """
+
+    values: dict[str, float]
+    initial_soc: float
+    initial_K: float
+    count: int
+
+    def soc(self, negative_mean: FloatArray) -> FloatArray:
+        """State of charge at a mean stoichiometry of the negative electrode."""
+        low, high = (self.values[f"negative.stoichiometry_{end}"] for end in ("min", "max"))
+        return (negative_mean - low) / (high - low)
+
+
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Pack:
-    """Equal cells; PackError if a number is impossible.
+    """Cells of one make, equal but for each `WeakCell`; PackError if a number is impossible.
 
     Attributes:
         cell: parameters of one cell.
@@ -57,6 +87,13 @@ class Pack:
                 raise PackError(f"{name} = {value}: expected {low} to {high}")
         if self.capacity_C is not None and not 0 < self.capacity_C < 1e9:
             raise PackError(f"capacity_C = {self.capacity_C}: expected a positive number")
+        check_weak(self.weak, self.series)
+        for weak in self.weak:
+            if not 0.0 <= self.initial_soc + weak.soc_offset <= 1.0:
+                raise PackError(
+                    f"weak_cell: soc_offset = {weak.soc_offset} beside initial_soc = "
+                    f"{self.initial_soc}: expected 0 to 1 together"
+                )
 
     @property
     def scale(self) -> float:
@@ -86,6 +123,62 @@ class Pack:
         return values | (ageing_parameters(self.effects, self.mechanics) if self.ages else {})
 
     @property
+    def weak(self) -> tuple[WeakCell, ...]:
+        """The cells that differ from the others."""
+        return tuple(e for e in self.effects if isinstance(e, WeakCell))
+
+    def numbers(self) -> dict[str, float]:
+        """Name -> value of all that makes a difference to the cells, which `cells` takes back.
+
+        `cell_parameters()`, how they start, and those of the weak cells, the first as
+        `weak_cell.capacity_factor`, the second as `weak_cell#2.capacity_factor`, ...
+        """
+        start = {"initial_soc": self.initial_soc, "initial_K": self.initial_K}
+        differ = {
+            f"{prefix}.{p.name}": float(getattr(weak, p.name))
+            for prefix, weak in self._named_weak()
+            for p in weak.parameters
+        }
+        return self.cell_parameters() | start | differ
+
+    def cells(self, numbers: Mapping[str, float] | None = None) -> tuple[CellKind, ...]:
+        """The kinds of cells: the equal ones, if there are any, then each weak one.
+
+        `numbers` are values for all of `numbers()`; None takes the pack's own.
+        """
+        values = dict(numbers or self.numbers())
+        soc, temperature_K = values.pop("initial_soc"), values.pop("initial_K")
+        weak = [
+            weak.at({p.name: values.pop(f"{prefix}.{p.name}") for p in weak.parameters})
+            for prefix, weak in self._named_weak()
+        ]
+        kinds = [
+            CellKind(
+                values=w.changed(values, self.parallel),
+                initial_soc=soc + w.soc_offset,
+                initial_K=temperature_K,
+                count=1,
+            )
+            for w in weak
+        ]
+        if equal := self.series - len(weak):
+            first = CellKind(values=values, initial_soc=soc, initial_K=temperature_K, count=equal)
+            kinds.insert(0, first)
+        return tuple(kinds)
+
+    def places(self) -> tuple[int, ...]:
+        """(series,) which of `cells` is where; one whose place is not known has the first free."""
+        equal = int(self.series > len(self.weak))
+        taken = {w.cell: equal + i for i, w in enumerate(self.weak) if w.cell}
+        anywhere = [equal + i for i, w in enumerate(self.weak) if not w.cell]
+        free = [place for place in range(1, self.series + 1) if place not in taken]
+        taken |= dict(zip(free, anywhere, strict=False))
+        return tuple(taken.get(place, 0) for place in range(1, self.series + 1))
+
+    def _named_weak(self) -> list[tuple[str, WeakCell]]:
+        return [(w.id if n == 1 else f"{w.id}#{n}", w) for n, w in enumerate(self.weak, start=1)]
+
+    @property
     def stressed(self) -> bool:
         """Diffusion is enhanced by stress."""
         return any(isinstance(e, StressEnhancedDiffusion) for e in self.effects)
@@ -94,3 +187,21 @@ class Pack:
     def ages(self) -> bool:
         """Some effect changes the cell for good."""
         return any(isinstance(e, AGEING) for e in self.effects)
+
+
+def check_weak(weak: Sequence[WeakCell], series: int) -> None:
+    """PackError if so many cells in series cannot differ so."""
+    for cell in weak:
+        if cell.cell not in range(series + 1):
+            raise PackError(
+                f"weak_cell: cell = {cell.cell}: expected 1 to {series}, or 0 for any one"
+            )
+        for p in cell.parameters:
+            if not p.lower <= (value := getattr(cell, p.name)) <= p.upper:
+                raise PackError(f"weak_cell: {p.name} = {value}: expected {p.lower} to {p.upper}")
+    named = Counter(cell.cell for cell in weak if cell.cell)
+    for place, times in named.items():
+        if times > 1:
+            raise PackError(f"weak_cell: cell = {place} in {times} of them: expected one a cell")
+    if len(weak) > series:
+        raise PackError(f"{len(weak)} weak cells: expected {series} at most")

@@ -4,12 +4,16 @@ import tomllib
 from collections.abc import Iterator
 from difflib import get_close_matches
 from pathlib import Path
-from typing import Annotated, get_args
+from typing import Annotated, Any, get_args
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 from pydantic_core import ErrorDetails
 
-from twin.effects import EFFECTS, SelfHeating
+from twin.effects import AnyEffect, Mechanics, SelfHeating, WeakCell
+from twin.pack import PackError, check_weak
+from twin.pack_physics import PhysicsError
+from twin.pack_physics import effects_of as physics_of
+from twin.pack_physics import mechanics_of as constants_of
 
 Text = Annotated[str, Field(min_length=1)]
 Count = Annotated[int, Field(ge=1, le=1000, strict=True)]
@@ -57,12 +61,14 @@ class TwinTable(_Table):
 
 
 class PackFile(_Table):
-    """A whole pack file."""
+    """A whole pack file; `[effects.<id>]` and `[mechanics]` as `pack_physics` takes them."""
 
     pack: PackTable
     start: StartTable = StartTable()
     environment: EnvironmentTable = EnvironmentTable()
     twin: TwinTable = TwinTable()
+    effects: dict[str, Any] = {}
+    mechanics: dict[str, Any] = {}
 
 
 def parse_pack_file(text: str, *, name: str) -> PackFile:
@@ -72,25 +78,38 @@ def parse_pack_file(text: str, *, name: str) -> PackFile:
     except tomllib.TOMLDecodeError as e:
         raise PackFileError(f"{name}: no TOML: {e}") from e
     try:
-        return PackFile.model_validate(document)
+        file = PackFile.model_validate(document)
+        mechanics_of(file)
+        weak = [e for e in effects_of(file) if isinstance(e, WeakCell)]
+        check_weak(weak, file.pack.series)
     except ValidationError as e:
         raise PackFileError(f"{name}: " + "; ".join(map(_in_words, e.errors()))) from e
+    except (PhysicsError, PackError) as e:
+        raise PackFileError(f"{name}: {e}") from e
+    return file
 
 
-def effect_ids(pack: PackFile | None) -> tuple[str, ...]:
-    """Effects switched on; PackFileError if one is unknown.
+def effects_of(file: PackFile | None) -> tuple[AnyEffect, ...]:
+    """Effects switched on, with their numbers.
 
     Where the file is silent only self-heating: the ageing constants at hand are those of the
     LG M50 of O'Kane 2022, and whoever takes them for another cell should say so.
     """
-    if pack is None or pack.twin.physics is None:
-        return (SelfHeating.id,)
-    for name in pack.twin.physics:
-        if name not in EFFECTS:
-            raise PackFileError(
-                f"twin.physics: this version has no effect {name!r}; it has {', '.join(EFFECTS)}"
-            )
-    return pack.twin.physics
+    if file is None:
+        return (SelfHeating(),)
+    transfer = file.environment.heat_transfer_W_m2_K
+    if transfer is None:
+        transfer = SelfHeating.parameters[0].value
+    return physics_of(_listed(file), file.effects, heat_transfer_W_m2_K=transfer)
+
+
+def mechanics_of(file: PackFile | None) -> Mechanics:
+    """The elastic constants."""
+    return constants_of(_listed(file), file.mechanics) if file else Mechanics()
+
+
+def _listed(file: PackFile) -> tuple[str, ...]:
+    return (SelfHeating.id,) if file.twin.physics is None else file.twin.physics
 
 
 def cell_reference(pack: PackFile, folder: Path) -> str | Path:

@@ -1,6 +1,6 @@
 """Protocols: discharge, charge, hold and rest, one after the other, as a cycler runs them.
 
-The whole state of the cell goes from step to step. Currents and voltages are the pack's, discharge
+The whole state of the cells goes from step to step. Currents and voltages are the pack's, discharge
 positive. A recorded load takes one implicit step a sample (`simulate`); all else takes steps whose
 length is chosen by their error (`adaptive`), events located.
 """
@@ -12,17 +12,12 @@ import numpy.typing as npt
 
 from twin.adaptive import EVENT_V, Move, Point, Stepper, Stretch
 from twin.kernel import Backend
+from twin.limits import COLUMN, LOWER_TOLERANCE_V, UPPER_TOLERANCE_V
 from twin.load import Load
 from twin.mesh import Mesh
 from twin.pack import Pack
-from twin.simulate import (
-    COLUMN,
-    DEFAULT_MESH,
-    LOWER_TOLERANCE_V,
-    UPPER_TOLERANCE_V,
-    audit,
-    simulate,
-)
+from twin.pack_model import of_places
+from twin.simulate import DEFAULT_MESH, simulate
 from twin.solution import LithiumAudit, SimulationStopped, Status
 
 FloatArray = npt.NDArray[np.float64]
@@ -150,11 +145,12 @@ class StepResult:
         time_s: (n,) since the start of the protocol; (0,) if the step failed at once.
         current_A: (n,) of the pack; it runs straight between the times of an adaptive step.
         voltage_V: (n,) of the pack.
-        temperature_K: (n,)
-        soc: (n,) state of charge from the negative electrode's mean stoichiometry.
+        temperature_K: (n,) mean over the cells.
+        soc: (n,) state of charge from the negative electrode's mean stoichiometry, mean likewise.
         charge_C: drawn from the pack, exact: negative for a charge.
         stopped_s: when the step ended, since the start of the protocol.
-        end_state: the kernel's state of one cell there.
+        end_state: the kernel's state there.
+        cell_voltage_V: (series, n) of each cell; read-only where all are equal.
         status: DONE if it ended as it says, else the limit that ended it.
         steps: kernel steps.
         worst_error_V: the largest error of a time step, of one cell; beyond the tolerance in the
@@ -171,6 +167,7 @@ class StepResult:
     charge_C: float
     stopped_s: float
     end_state: FloatArray
+    cell_voltage_V: FloatArray
     status: Status
     steps: int
     worst_error_V: float | None
@@ -182,9 +179,9 @@ class ProtocolResult:
 
     Attributes:
         steps: one for each step begun.
-        audit: of one cell, from the start of the first step to the end of the last.
+        audit: from the start of the first step to the end of the last.
         status: that of the last step.
-        start_state: the kernel's state of one cell before the first step.
+        start_state: the kernel's state before the first step.
     """
 
     steps: tuple[StepResult, ...]
@@ -228,8 +225,7 @@ def run(
     stepper = Stepper(
         pack, settings.ambient_K, settings.tolerance_V, settings.mesh, settings.backend
     )
-    fresh = stepper.model.initial_state(pack.initial_soc, pack.initial_K, stepper.values)
-    start = fresh if state is None else state
+    start = stepper.model.initial_state(stepper.kinds) if state is None else state
     done: list[StepResult] = []
     now = _Now(0.0, start, 0.0)
     for step in steps:
@@ -243,8 +239,8 @@ def run(
     charge_C = sum(s.charge_C for s in done) / pack.parallel
     return ProtocolResult(
         steps=tuple(done),
-        audit=audit(
-            stepper.model, stepper.values, (start, done[-1].end_state if done else start), charge_C
+        audit=stepper.model.lithium(
+            stepper.kinds, (start, done[-1].end_state if done else start), charge_C
         ),
         status=done[-1].status if done else Status.DONE,
         start_state=start,
@@ -253,7 +249,7 @@ def run(
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _Now:
-    """Where a protocol stands: its time, the cell's state, and its current as far as known."""
+    """Where a protocol stands: its time, the state, and a cell's current as far as known."""
 
     time_s: float
     state: FloatArray
@@ -275,6 +271,7 @@ def _follow(pack: Pack, step: FollowLoad, now: _Now, settings: Settings) -> Step
         charge_C=solution.charge_C,
         stopped_s=solution.stopped_s + shift_s,
         end_state=solution.end_state,
+        cell_voltage_V=solution.cell_voltage_V,
         status=solution.status,
         steps=solution.steps,
         worst_error_V=None,
@@ -298,8 +295,7 @@ def _adapt(
         status = stretch.status
     failed_at_once = len(stretch.points) == 1 and stretch.status is not Status.DONE
     points = [] if failed_at_once else stretch.points
-    out = np.array([p.out for p in points]).reshape(len(points), len(COLUMN)).T
-    low, high = (stepper.values[f"negative.stoichiometry_{end}"] for end in ("min", "max"))
+    out = np.array([p.out for p in points]).reshape(len(points), stepper.model.outputs).T
     time_s = now.time_s + np.concatenate([[0.0], np.cumsum(stretch.length_s)])
     return StepResult(
         step=step,
@@ -307,10 +303,11 @@ def _adapt(
         current_A=np.array([p.current_A for p in points]) * pack.parallel,
         voltage_V=out[COLUMN["voltage_V"]] * pack.series,
         temperature_K=out[COLUMN["temperature_K"]],
-        soc=(out[COLUMN["negative_mean"]] - low) / (high - low),
+        soc=stepper.kinds[0].soc(out[COLUMN["negative_mean"]]),
         charge_C=stretch.charge_C() * pack.parallel,
         stopped_s=float(time_s[-1]),
         end_state=points[-1].state if points else now.state,
+        cell_voltage_V=of_places(pack, stepper.model.of_kinds(out)[:, COLUMN["voltage_V"]]),
         status=status,
         steps=stepper.steps - before,
         worst_error_V=stretch.worst_V,

@@ -17,15 +17,8 @@ from twin.load import Load
 from twin.mesh import Mesh
 from twin.pack import Pack, PackError
 from twin.parameters import vector
-from twin.simulate import (
-    DEFAULT_MESH,
-    OUTSIDE,
-    START,
-    Run,
-    changeable,
-    sample_ends,
-    solution_of,
-)
+from twin.pieces import sample_ends
+from twin.simulate import DEFAULT_MESH, OUTSIDE, Run, cells_of, changeable, solution_of
 from twin.solution import Solution
 from twin.step import DRIVE, StepModel
 from twin.tangent import Tangent
@@ -35,9 +28,9 @@ FloatArray = npt.NDArray[np.float64]
 DIRECTIONS = 4
 """Parameters a pass: more share one elimination, but the code grows, and with it its compilation
 (benchmarks/sensitivity.py)."""
-START_STEP = 1e-5
-"""Relative, of the central difference of the starting state: exact to rounding, since that state is
-of degree 1 in each number."""
+DIFFERENCE = 0.5
+"""Relative, of the central difference of starting state and kernel's parameters by a number: exact
+to rounding for any step, since they are of degree 1 in each number."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -124,38 +117,53 @@ def _built(cell: Cell, mesh: Mesh, backend: Backend, directions: int) -> tuple[T
 def _carry(
     run: Run, pack: Pack, load: Load, names: tuple[str, ...], backend: Backend
 ) -> tuple[FloatArray, FloatArray]:
-    """(steps, k) derivatives of one cell's voltage and of the temperature after each step."""
-    k, mesh = len(names), run.model.layout.mesh
-    tangent, many = _built(pack.cell, mesh, backend, k)
-    directions = _unit(names, _DRIVE_NAMES), _unit(names, tuple(run.values))
-    fixed = [vector(run.values), *(a.ravel(order="F") for a in directions)]
-    moved = np.concatenate([_start_change(run, pack, load, name) for name in names])
-    before, out = run.initial, [np.zeros((0, 2 * k))]
-    for taken in run.taken or []:
-        inputs = tangent.solved(taken.after), np.vstack([before, taken.after[:-1]]), taken.drive
-        changes, shown = many(moved, inputs, fixed)
-        before, moved = taken.after[-1], changes[-1]
-        out.append(shown)
-    voltage, temperature = np.concatenate(out).reshape(-1, k, 2).transpose(2, 0, 1)
+    """(steps, k) derivatives of the mean cell's voltage and temperature after each step."""
+    changes = _input_changes(run, pack, load, names)
+    kinds = [
+        _carry_kind(run, kind, change, names, backend)
+        for kind, change in enumerate(zip(*changes, strict=True))
+    ]
+    voltage, temperature = np.average(kinds, axis=0, weights=run.model.counts)
     return voltage, temperature
+
+
+def _carry_kind(
+    run: Run, kind: int, change: tuple[FloatArray, FloatArray], names: tuple[str, ...],
+    backend: Backend,
+) -> FloatArray:  # fmt: skip
+    """(2, steps, k) of one kind of cell, whose first state (k, states) and p (k, p) change."""
+    k, mesh = len(names), run.model.cell.layout.mesh
+    tangent, many = _built(run.pack.cell, mesh, backend, k)
+    fixed = [vector(run.kinds[kind].values), _unit(names, _DRIVE_NAMES).ravel(), change[1].ravel()]
+    moved, before = change[0].ravel(), run.model.states(run.initial)[kind]
+    out = [np.zeros((0, 2 * k))]
+    for taken in run.taken or []:
+        after = run.model.states(taken.after)[:, kind]
+        inputs = tangent.solved(after), np.vstack([before, after[:-1]]), taken.drive
+        changes, shown = many(moved, inputs, fixed)
+        before, moved = after[-1], changes[-1]
+        out.append(shown)
+    return np.concatenate(out).reshape(-1, k, 2).transpose(2, 0, 1)
 
 
 _DRIVE_NAMES = tuple(name if name in OUTSIDE else "" for name in DRIVE)
 
 
 def _unit(names: tuple[str, ...], of: tuple[str, ...]) -> FloatArray:
-    """(of, names) 1 where they are the same."""
-    return np.array([[float(a == b) for b in names] for a in of])
+    """(names, of) 1 where they are the same."""
+    return np.array([[float(a == b) for b in of] for a in names])
 
 
-def _start_change(run: Run, pack: Pack, load: Load, name: str) -> FloatArray:
-    """(states,) d initial state / d parameter."""
-    whole = changeable(pack, load)
-    step = START_STEP * (abs(whole[name]) or 1.0)
-    ends = []
-    for value in (whole[name] + step, whole[name] - step):
-        changed = whole | {name: value}
-        soc, temperature_K = (changed.pop(n) for n in START)
-        ends.append(run.model.initial_state(soc, temperature_K, changed))
-    change: FloatArray = (ends[0] - ends[1]) / (2 * step)
-    return change
+def _input_changes(
+    run: Run, pack: Pack, load: Load, names: tuple[str, ...]
+) -> tuple[FloatArray, FloatArray]:
+    """By the numbers: first state (kinds, k, states) and parameters (kinds, k, p)."""
+    whole, kinds = changeable(pack, load), len(run.kinds)
+    states: list[FloatArray] = []
+    parameters: list[FloatArray] = []
+    for name in names:
+        step = DIFFERENCE * (abs(whole[name]) or 1.0)
+        high, low = (cells_of(pack, whole | {name: whole[name] + s}) for s in (step, -step))
+        for out, of in ((states, run.model.initial_state), (parameters, run.model.parameters)):
+            out.append((of(high) - of(low)).reshape(kinds, -1) / (2 * step))
+    return np.stack(states, axis=1), np.stack(parameters, axis=1)

@@ -40,6 +40,8 @@ class Status(Enum):
 class LithiumAudit:
     """Where the lithium is [mol], at the start and at the end; of one cell.
 
+    Of a pack of unlike cells: amounts of the mean cell, errors of the cell that balances worst.
+
     Attributes:
         negative_mol: (2,) in the negative electrode, start and end.
         positive_mol: (2,) in the positive electrode, start and end.
@@ -60,14 +62,15 @@ class LithiumAudit:
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Solution:
-    """The response of one cell (or of a pack of equal cells) to a load, up to where it ended.
+    """The response of a pack to a load, up to where it ended.
 
     Attributes:
         time_s: (n,) the load's own sample times, as far as simulated.
         current_A: (n,) at the terminals.
         voltage_V: (n,) at the terminals; each belongs to the current at the same time.
-        temperature_K: (n,) of the cell.
-        soc: (n,) state of charge from the negative electrode's mean stoichiometry, 0..1.
+        temperature_K: (n,) mean over the cells, which close the energy balance together.
+        soc: (n,) state of charge from the negative electrode's mean stoichiometry, 0..1; mean over
+            the cells.
         heat_W: (n,) released inside, of the whole pack.
         audit: the lithium balance.
         status: how it ended.
@@ -75,7 +78,9 @@ class Solution:
         steps: time steps taken, sub-steps included.
         retried_steps: sub-steps that replaced a step which had not converged.
         charge_C: drawn from the pack up to where it ended.
-        end_state: the kernel's state of one cell there; `simulate(..., state=)` continues from it.
+        end_state: the kernel's state there; `simulate(..., state=)` continues from it.
+        cell_voltage_V: (series, n) of each cell; read-only where all are equal.
+        cell_temperature_K: (series, n) likewise.
     """
 
     time_s: FloatArray
@@ -91,6 +96,8 @@ class Solution:
     retried_steps: int
     charge_C: float
     end_state: FloatArray
+    cell_voltage_V: FloatArray
+    cell_temperature_K: FloatArray
 
     def require(self) -> "Solution":
         """This solution if the whole load was simulated, else SimulationStopped with the reason."""

@@ -98,6 +98,8 @@ def run(request: Request) -> int:
         )
     if not drawn.pack.ages:
         raise WrongUse(_nothing_ages(drawn))
+    if len(drawn.pack.cells()) > 1:
+        raise WrongUse("the cells of this pack age unlike each other: leave out weak_cell")
     make_writable(request.out)
     identity = {
         "pack": pack_sha256(choice, drawn.use),
@@ -170,7 +172,7 @@ def _faded(request: Request, life: _Life) -> bool:
 def _nothing_ages(drawn: Drawn) -> str:
     ids = ", ".join(f'"{e.id}"' for e in AGEING)
     return (
-        f"nothing in this pack ages: its physics are {', '.join(drawn.use.effects) or 'none'}. "
+        f"nothing in this pack ages: its physics are {', '.join(drawn.use.effect_ids) or 'none'}. "
         f'Switch on what should, e.g. in the pack file\n[twin]\nphysics = ["self_heating", {ids}]'
     )
 

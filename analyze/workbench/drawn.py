@@ -25,8 +25,8 @@ from twin.bpx_file import CellError
 from twin.load import Between, Load, LoadError
 from twin.load_csv import read_load_csv
 from twin.pack import Pack, PackError
+from twin.pieces import MAX_STEP_S
 from twin.protocol import ProtocolError
-from twin.simulate import MAX_STEP_S
 
 FloatArray = npt.NDArray[np.float64]
 
@@ -167,5 +167,5 @@ def pack_lines(use: PackUse) -> str:
     return (
         f"pack     {use.name}: {use.series} in series, {use.parallel} parallel, of {use.cell}\n"
         f"         {SEPARATOR.join(parts)}\n"
-        f"physics  {', '.join(use.effects) or 'none beyond the isothermal P2D model'}"
+        f"physics  {', '.join(use.effect_ids) or 'none beyond the isothermal P2D model'}"
     )

@@ -28,7 +28,7 @@ def provenance(report: FlightReport) -> Section:
                 unit="°C",
                 note=origins.get("ambient_K", ""),
             ),
-            Row(label="Effects", value=", ".join(pack.effects) or "none"),
+            Row(label="Effects", value=", ".join(pack.effect_ids) or "none"),
             Row(label="Solver", value=made.solver),
             Row(label="Time taken", value=fixed(made.seconds, 1), unit="s"),
         ),

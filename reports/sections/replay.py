@@ -27,7 +27,7 @@ def replay(report: FlightReport) -> Section:
 
 def _how(report: FlightReport) -> str:
     pack = report.pack
-    effects = ", ".join(e.replace("_", " ") for e in pack.effects) or "none"
+    effects = ", ".join(e.replace("_", " ") for e in pack.effect_ids) or "none"
     return (
         f"The recorded current was drawn from {pack.series}S{pack.parallel}P of the cell "
         f"{pack.cell}, scaled to {ampere_hours(pack.capacity_C, 2)} Ah. "

@@ -45,7 +45,7 @@ def test_without_a_pack_file_everything_is_from_the_log_or_stated() -> None:
     assert use.origins["capacity_C"] == "parameter in the log"
     assert use.origins["initial_K"] == "not measured: 25 °C assumed"
     assert use.origins["initial_soc"].startswith("from the voltage at rest")
-    assert use.effects == ("self_heating",)
+    assert use.effect_ids == ("self_heating",)
 
 
 def test_a_capacity_nobody_knows_is_that_of_the_cell_and_said_so() -> None:

@@ -10,6 +10,7 @@ from flightlogs.recording import ClockFit, Recording
 from reports.flight import FlightReport, Gaps, PackUse, Provenance
 from segment.profile import Fidelity, PeriodicProfile, TooLittle
 from segment.segment import Basis, LoadStatistics, Motion, Segment
+from twin.effects import Mechanics, SelfHeating
 from twin.load import Load
 from twin.replay import Replay
 from twin.solution import LithiumAudit, Solution, Status
@@ -153,6 +154,8 @@ def solution(status: Status = Status.DONE, samples: int = T.size) -> Solution:
         retried_steps=0,
         charge_C=float(np.sum(i) * 0.2),
         end_state=np.zeros(1),
+        cell_voltage_V=np.zeros((4, samples)),
+        cell_temperature_K=np.zeros((4, samples)),
     )
 
 
@@ -172,7 +175,8 @@ def pack() -> PackUse:
         initial_K=298.15,
         ambient_K=298.15,
         heat_transfer_W_m2_K=12.0,
-        effects=("self_heating",),
+        effects=(SelfHeating(),),
+        mechanics=Mechanics(),
         origins={"capacity_C": "parameter in the log", "initial_soc": "from the voltage at rest"},
     )
 

@@ -4,8 +4,23 @@ from pathlib import Path
 
 import pytest
 
-from twin.effects import EFFECTS, chosen
-from twin.pack_file import PackFileError, cell_reference, effect_ids, parse_pack_file
+from twin.effects import (
+    EFFECTS,
+    AnyEffect,
+    FilmResistance,
+    Mechanics,
+    Sei,
+    SelfHeating,
+    SeriesResistance,
+    WeakCell,
+)
+from twin.pack_file import (
+    PackFileError,
+    cell_reference,
+    effects_of,
+    mechanics_of,
+    parse_pack_file,
+)
 
 PACK = '[pack]\nname = "S500"\ncell = "cell.bpx.json"\nseries = 4\n'
 WHOLE = """
@@ -33,14 +48,15 @@ def test_every_documented_key_is_read() -> None:
     assert file.pack.parallel == 1
     assert file.start.soc == 1.0
     assert file.environment.heat_transfer_W_m2_K == 12.0
-    assert effect_ids(file) == ("self_heating",)
+    assert effects_of(file) == (SelfHeating(heat_transfer_W_m2_K=12.0),)
 
 
 def test_what_is_absent_stays_unknown() -> None:
     file = parse_pack_file(PACK, name="pack.toml")
     assert file.pack.capacity_ah is None
     assert file.start.soc is None
-    assert effect_ids(file) == ("self_heating",)
+    assert effects_of(file) == effects_of(None) == (SelfHeating(),)
+    assert mechanics_of(file) == mechanics_of(None) == Mechanics()
 
 
 @pytest.mark.parametrize(
@@ -66,22 +82,90 @@ def test_a_bad_file_is_refused_by_name_and_key(text: str, said: str) -> None:
     assert said in str(error.value)
 
 
-def test_an_effect_this_version_lacks_is_refused_rather_than_ignored() -> None:
-    file = parse_pack_file(PACK + '[twin]\nphysics = ["memory"]\n', name="pack.toml")
-    with pytest.raises(PackFileError, match="no effect 'memory'; it has self_heating, sei"):
-        effect_ids(file)
+def listing(*names: str) -> str:
+    return f"[twin]\nphysics = {list(names)}\n"
 
 
-def test_every_effect_can_be_switched_on_and_none_but_heating_is_by_itself() -> None:
-    listed = ", ".join(f'"{name}"' for name in EFFECTS)
-    file = parse_pack_file(PACK + f"[twin]\nphysics = [{listed}]\n", name="pack.toml")
-    assert effect_ids(file) == tuple(EFFECTS)
-    assert [e.id for e in chosen(effect_ids(file), heat_transfer_W_m2_K=9.0)] == list(EFFECTS)
-    assert effect_ids(parse_pack_file(PACK, name="pack.toml")) == ("self_heating",)
+def test_every_effect_can_be_switched_on_by_its_name() -> None:
+    file = parse_pack_file(PACK + listing(*EFFECTS), name="pack.toml")
+    assert effects_of(file) == tuple(kind() for kind in EFFECTS.values())
 
 
 def test_no_effects_is_a_choice_too() -> None:
-    assert effect_ids(parse_pack_file(PACK + "[twin]\nphysics = []\n", name="pack.toml")) == ()
+    assert effects_of(parse_pack_file(PACK + listing(), name="pack.toml")) == ()
+
+
+@pytest.mark.parametrize(
+    ("listed", "table", "expected"),
+    [
+        ("series_resistance", "resistance_ohm = 0.012", SeriesResistance(resistance_ohm=0.012)),
+        ("film_resistance", "negative_ohm_m2 = 1e-3", FilmResistance(negative_ohm_m2=1e-3)),
+        ("sei", "strength = 2", Sei(strength=2.0)),
+        ("weak_cell", "cell = 2\nsoc_offset = -0.1", WeakCell(cell=2, soc_offset=-0.1)),
+    ],
+)
+def test_the_numbers_of_an_effect_are_in_its_table(
+    listed: str, table: str, expected: AnyEffect
+) -> None:
+    text = PACK + listing("self_heating", listed) + f"[effects.{listed}]\n{table}\n"
+    assert effects_of(parse_pack_file(text, name="pack.toml")) == (SelfHeating(), expected)
+
+
+def test_weak_cells_may_be_several_and_elastic_constants_have_a_table() -> None:
+    text = PACK + listing("weak_cell", "cracking")
+    text += "[[effects.weak_cell]]\ncapacity_factor = 0.9\n"
+    text += "[[effects.weak_cell]]\ncell = 4\nresistance_ohm = 0.01\n"
+    file = parse_pack_file(text + "[mechanics]\nnegative_poisson = 0.25\n", name="pack.toml")
+    weak = WeakCell(capacity_factor=0.9), WeakCell(cell=4, resistance_ohm=0.01)
+    assert effects_of(file)[:2] == weak
+    assert mechanics_of(file) == Mechanics(negative_poisson=0.25)
+
+
+LEADS = PACK + listing("series_resistance") + "[effects.series_resistance]\n"
+WEAK = PACK + listing("weak_cell") + "[effects.weak_cell]\n"
+
+
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [
+        (PACK + listing("memory"), "no effect 'memory'; it has self_heating, sei"),
+        (PACK + listing("sei", "sei"), "'sei' is listed twice"),
+        (LEADS + "resistance_om = 0.1", "did you mean effects.series_resistance.resistance_ohm?"),
+        (LEADS + "resistance_ohm = 5", "resistance_ohm = 5: expected a number from 0 to 0.5 Ohm"),
+        (LEADS + "resistance_ohm = nan", "resistance_ohm = nan: expected a number"),
+        (LEADS + "resistance_ohm = '5'", "resistance_ohm = '5': expected a number"),
+        (LEADS + "resistance_ohm = true", "resistance_ohm = True: expected a number"),
+        (LEADS, "nothing without its number: give resistance_ohm in [effects.series_resistance]"),
+        (PACK + listing("series_resistance"), "nothing without its number: give resistance_ohm"),
+        (WEAK + "cell = 2", "give capacity_factor or soc_offset or resistance_ohm"),
+        (WEAK + "cell = 5\ncapacity_factor = 0.9", "cell = 5: expected 1 to 4, or 0"),
+        (WEAK + "cell = 1.5\ncapacity_factor = 0.9", "cell = 1.5: expected a whole number"),
+        (WEAK + "place = 2", "unknown key effects.weak_cell.place: did you mean"),
+        (PACK + "[effects.sei]\nstrength = 2", "twin.physics does not list 'sei'"),
+        (PACK + "[effects.say]\nstrength = 2", "unknown key effects.say: did you mean effects.se"),
+        (PACK + "[effects]\nstrength = 2", "unknown key effects.strength: did you mean effects."),
+        (PACK + listing("sei") + "[effects]\nsei = 2", "effects.sei = 2: expected a table"),
+        (
+            PACK + listing("self_heating") + "[effects.self_heating]\nheat = 2",
+            "its number is environment.heat_transfer_W_m2_K",
+        ),
+        (PACK + "[mechanics]\nnegative_poisson = 0.25", "twin.physics lists none of cracking"),
+        (
+            PACK + listing("cracking") + "[mechanics]\npoisson = 0.25",
+            "unknown key mechanics.poisson: did you mean mechanics.",
+        ),
+        (
+            PACK
+            + listing("stress_enhanced_diffusion")
+            + "[effects.stress_enhanced_diffusion]\na = 1",
+            "unknown key effects.stress_enhanced_diffusion.a: it has no numbers",
+        ),
+    ],
+)
+def test_physics_that_cannot_be_is_refused_by_key(text: str, said: str) -> None:
+    with pytest.raises(PackFileError, match=r"^pack\.toml: ") as error:
+        parse_pack_file(text, name="pack.toml")
+    assert said in str(error.value)
 
 
 @pytest.mark.parametrize(

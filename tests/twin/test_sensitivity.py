@@ -5,8 +5,7 @@ from collections.abc import Iterator
 import numpy as np
 import pytest
 
-from twin import newton as newton_module
-from twin import simulate as simulate_module
+from twin import limits, newton, pack_model
 from twin.builtin import load_cell
 from twin.effects import AnyEffect, Sei, SelfHeating, StressEnhancedDiffusion
 from twin.load import Between, Load
@@ -32,16 +31,15 @@ STEP = 4e-4  # relative; error of the difference goes as its square, rounding as
 @pytest.fixture
 def to_rounding(monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
     """Newton goes on to 1e-9 V: the difference of two runs has no error of its own from it."""
-    for module in (newton_module, simulate_module):
+    for module in (newton, limits):
         monkeypatch.setattr(module, "CONVERGED_V", 1e-9)
     yield from _without_cached_kernels()
 
 
 def _without_cached_kernels() -> Iterator[None]:
-    kernels = getattr(simulate_module, "built", None) or simulate_module._built
-    kernels.cache_clear()
+    pack_model.forget()
     yield
-    kernels.cache_clear()
+    pack_model.forget()
 
 
 def flight(between: Between, seconds: float = 30.0, mean_A: float = 10.0) -> Load:

@@ -12,7 +12,8 @@ from twin.effects import FilmResistance, SelfHeating, SeriesResistance
 from twin.load import Between, Load
 from twin.mesh import electrode_mesh
 from twin.pack import Pack, PackError
-from twin.simulate import cut_into_pieces, simulate
+from twin.pieces import cut_into_pieces
+from twin.simulate import simulate
 from twin.solution import SimulationStopped, Status
 
 

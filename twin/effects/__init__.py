@@ -13,10 +13,12 @@ from twin.effects.sei_on_cracks import SeiOnCracks
 from twin.effects.self_heating import SelfHeating
 from twin.effects.series_resistance import SeriesResistance
 from twin.effects.stress_enhanced_diffusion import StressEnhancedDiffusion
+from twin.effects.weak_cell import WeakCell
 
 Ageing = Sei | SeiOnCracks | Plating | Cracking | ActiveMaterialLoss | PorosityChange
 Switched = SelfHeating | StressEnhancedDiffusion | Ageing
-AnyEffect = Switched | SeriesResistance | FilmResistance
+Measured = SeriesResistance | FilmResistance | WeakCell
+AnyEffect = Switched | Measured
 
 AGEING: tuple[type[Ageing], ...] = (
     Sei,
@@ -31,8 +33,12 @@ AGEING: tuple[type[Ageing], ...] = (
 EFFECTS: dict[str, type[Switched]] = {
     e.id: e for e in (SelfHeating, *AGEING, StressEnhancedDiffusion)
 }
-"""Id -> effect, for all that a pack file can switch on; a resistance is nothing without its number,
-so `SeriesResistance` and `FilmResistance` are given to `Pack` as objects."""
+"""Id -> effect, for all that act with the numbers they come with."""
+
+MEASURED: dict[str, type[Measured]] = {
+    e.id: e for e in (SeriesResistance, FilmResistance, WeakCell)
+}
+"""Id -> effect, for those that are nothing without a number of the pack at hand."""
 
 
 def chosen(ids: Iterable[str], *, heat_transfer_W_m2_K: float) -> tuple[AnyEffect, ...]:
@@ -48,11 +54,13 @@ def chosen(ids: Iterable[str], *, heat_transfer_W_m2_K: float) -> tuple[AnyEffec
 __all__ = [
     "AGEING",
     "EFFECTS",
+    "MEASURED",
     "ActiveMaterialLoss",
     "Ageing",
     "AnyEffect",
     "Cracking",
     "FilmResistance",
+    "Measured",
     "Mechanics",
     "Plating",
     "PorosityChange",
@@ -61,5 +69,6 @@ __all__ = [
     "SelfHeating",
     "SeriesResistance",
     "StressEnhancedDiffusion",
+    "WeakCell",
     "chosen",
 ]

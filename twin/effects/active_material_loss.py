@@ -5,7 +5,7 @@ from typing import ClassVar
 
 import casadi as ca
 
-from twin.effects.effect import Parameter
+from twin.effects.effect import STRENGTH, Parameter
 
 LEAST_LEFT = 0.01  # share of a node's material that stays: without any its current has no surface
 HYDROSTATIC = 2.0 / 3.0  # of the tangential stress, the radial one being zero at the surface
@@ -25,7 +25,16 @@ class ActiveMaterialLoss:
         Parameter(
             name="rate_1_s", unit="1/s", value=2.7778e-7, lower=0.0, upper=1e-4, prior_std=2.8e-7
         ),
-    )
+        STRENGTH,
+        Parameter(
+            name="negative_critical_Pa", unit="Pa", value=60e6, lower=1e6, upper=1e10,
+            prior_std=30e6,
+        ),
+        Parameter(
+            name="positive_critical_Pa", unit="Pa", value=375e6, lower=1e6, upper=1e10,
+            prior_std=190e6,
+        ),
+    )  # fmt: skip
     equation: ClassVar[str] = r"\dot\varepsilon_s = -\beta\left(\max(\sigma_h,0)/\sigma_c\right)^2"
     source: ClassVar[str] = (
         "Laresgoiti et al., J. Power Sources 300, 112 (2015), doi:10.1016/j.jpowsour.2015.09.033; "

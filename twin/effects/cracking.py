@@ -5,7 +5,7 @@ from typing import ClassVar
 
 import casadi as ca
 
-from twin.effects.effect import Parameter
+from twin.effects.effect import STRENGTH, Parameter
 
 GEOMETRY = 1.12  # stress intensity of an edge crack
 PER_CYCLE_s = 3600.0  # Paris' law is per cycle: one an hour, as in O'Kane 2022
@@ -27,6 +27,18 @@ class Cracking:
         Parameter(
             name="paris_rate", unit="m/(Pa sqrt(m))**m", value=3.9e-20, lower=0.0, upper=1e-17,
             prior_std=3.9e-20,
+        ),
+        STRENGTH,
+        Parameter(
+            name="paris_exponent", unit="1", value=2.2, lower=1.0, upper=5.0, prior_std=0.3
+        ),
+        Parameter(
+            name="initial_length_m", unit="m", value=2e-8, lower=1e-9, upper=1e-6, prior_std=2e-8
+        ),
+        Parameter(name="width_m", unit="m", value=1.5e-8, lower=1e-9, upper=1e-6, prior_std=1e-8),
+        Parameter(
+            name="density_1_m2", unit="1/m2", value=3.18e15, lower=1e12, upper=1e17,
+            prior_std=3e15,
         ),
     )  # fmt: skip
     equation: ClassVar[str] = (

@@ -25,6 +25,10 @@ class Parameter:
     prior_std: float
 
 
+STRENGTH = Parameter(name="strength", unit="1", value=1.0, lower=0.0, upper=10.0, prior_std=1.0)
+"""Of an effect of ageing: a factor on all it does; 0 is absence."""
+
+
 class Effect(Protocol):
     """A physical effect, switched on by its id in `pack.toml`.
 

@@ -5,6 +5,8 @@ from typing import ClassVar
 
 import casadi as ca
 
+from twin.effects.effect import Parameter
+
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Mechanics:
@@ -27,6 +29,29 @@ class Mechanics:
     positive_partial_volume_m3_mol: float = 1.25e-5
 
     id: ClassVar[str] = "mechanics"
+    parameters: ClassVar[tuple[Parameter, ...]] = (
+        Parameter(
+            name="negative_modulus_Pa", unit="Pa", value=15e9, lower=1e8, upper=1e12, prior_std=5e9
+        ),
+        Parameter(
+            name="negative_poisson", unit="1", value=0.3, lower=0.0, upper=0.49, prior_std=0.05
+        ),
+        Parameter(
+            name="negative_partial_volume_m3_mol", unit="m3/mol", value=3.1e-6, lower=-5e-5,
+            upper=5e-5, prior_std=1e-6,
+        ),
+        Parameter(
+            name="positive_modulus_Pa", unit="Pa", value=375e9, lower=1e8, upper=1e12,
+            prior_std=1e11,
+        ),
+        Parameter(
+            name="positive_poisson", unit="1", value=0.2, lower=0.0, upper=0.49, prior_std=0.05
+        ),
+        Parameter(
+            name="positive_partial_volume_m3_mol", unit="m3/mol", value=1.25e-5, lower=-5e-5,
+            upper=5e-5, prior_std=4e-6,
+        ),
+    )  # fmt: skip
 
 
 def tangential_stress_Pa(

@@ -6,7 +6,7 @@ from typing import ClassVar
 import casadi as ca
 
 from twin.constants import FARADAY_C_mol, GAS_J_mol_K
-from twin.effects.effect import Parameter
+from twin.effects.effect import STRENGTH, Parameter
 
 STRIPPING, PLATING = 0.35, 0.65  # transfer coefficients
 
@@ -28,6 +28,11 @@ class Plating:
         ),
         Parameter(
             name="decay_1_s", unit="1/s", value=1e-6, lower=0.0, upper=1e-3, prior_std=1e-6
+        ),
+        STRENGTH,
+        Parameter(
+            name="molar_volume_m3_mol", unit="m3/mol", value=1.3e-5, lower=1e-6, upper=1e-4,
+            prior_std=1e-7,
         ),
     )  # fmt: skip
     equation: ClassVar[str] = (

@@ -5,7 +5,7 @@ from typing import ClassVar
 
 import casadi as ca
 
-from twin.effects.effect import Parameter
+from twin.effects.effect import STRENGTH, Parameter
 
 JUMP_s = 1.0
 """A step of no length asks for a current, not for growth: that of the coming second. On a fresh
@@ -36,6 +36,22 @@ class Sei:
         Parameter(
             name="initial_thickness_m", unit="m", value=5e-9, lower=1e-9, upper=5e-7,
             prior_std=5e-9,
+        ),
+        STRENGTH,
+        Parameter(
+            name="solvent_concentration_mol_m3", unit="mol/m3", value=2636.0, lower=1.0,
+            upper=2e4, prior_std=1000.0,
+        ),
+        Parameter(
+            name="activation_J_mol", unit="J/mol", value=38000.0, lower=0.0, upper=2e5,
+            prior_std=1e4,
+        ),
+        Parameter(
+            name="molar_volume_m3_mol", unit="m3/mol", value=9.585e-5, lower=1e-6, upper=1e-3,
+            prior_std=3e-5,
+        ),
+        Parameter(
+            name="resistivity_ohm_m", unit="Ohm m", value=2e5, lower=0.0, upper=1e8, prior_std=2e5
         ),
     )  # fmt: skip
     equation: ClassVar[str] = r"\dot L = \bar V c_\mathrm{sol} D_\mathrm{sol} / L"

@@ -3,7 +3,7 @@
 from dataclasses import dataclass
 from typing import ClassVar
 
-from twin.effects.effect import Parameter
+from twin.effects.effect import STRENGTH, Parameter
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -16,7 +16,10 @@ class SeiOnCracks:
 
     id: ClassVar[str] = "sei_on_cracks"
     parameters: ClassVar[tuple[Parameter, ...]] = (
-        Parameter(name="strength", unit="1", value=1.0, lower=0.0, upper=10.0, prior_std=1.0),
+        STRENGTH,
+        Parameter(
+            name="initial_share", unit="1", value=1e-4, lower=1e-6, upper=1.0, prior_std=1e-4
+        ),
     )
     equation: ClassVar[str] = (
         r"\dot L_\mathrm{cr} = \bar V c_\mathrm{sol} D_\mathrm{sol} / L_\mathrm{cr}"
