@@ -45,7 +45,7 @@ class ElectrolyteSymbols:
             leaves the solid, mean of the step, at each node of both electrodes [A/m2 of coated
             area].
         """
-        nodes = self.layout.nodes
+        nodes, (n, p) = self.layout.nodes, self.layout.electrodes
         moved, matrix = ca.SX.zeros(nodes), ca.SX(nodes, nodes)
         for name, span in self.layout.layers().items():
             layer, thickness = self.layout.layer(name), self.p[f"{name}.thickness_m"]
@@ -56,10 +56,9 @@ class ElectrolyteSymbols:
             diffusivity = self._effective("diffusivity", name, old["salt"], old, porosity)
             spread = step_s * weak_divergence(layer, diffusivity, thickness)
             moved[span] += volume * (before - pores) * old["salt"][span]
-            moved[span] -= spread @ old["salt"][span]
+            moved[span] -= spread @ (old["salt"][span] - old["salt"][n])  # a level does not spread
             matrix[span, span] += ca.diag(volume * pores) + spread
         made = step_s * (1 - self.p["electrolyte.transference"]) / FARADAY_C_mol
-        n, p = self.layout.electrodes
         sources = [*range(n), *range(nodes - p, nodes)]
         rhs = ca.horzcat(moved, made * ca.DM.eye(nodes)[:, sources])
         order = self.layout.elimination_order()
