@@ -13,11 +13,12 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
+from twin.inventory import Lithium
 from twin.kernel import Backend
 from twin.limits import COLUMN, Limits
 from twin.mesh import Mesh
 from twin.newton import CONVERGED_V
-from twin.pack import CellKind, Pack
+from twin.pack import Pack
 from twin.pack_model import pack_model
 from twin.simulate import surroundings
 from twin.solution import Status
@@ -36,7 +37,7 @@ MAX_TRIES = 100  # of a jump by full electrodes, whose potential is steep, in sm
 SAFETY, SHRINK, GROW = 0.9, 0.2, 3.0
 
 WEIGHT_V = {"salt": 0.05, "modes_n": 1.0, "modes_p": 1.0, "temperature_K": 5e-3}
-"""What an error of the state is worth as a voltage. Salt, relative to the mean: 2 R T / F, of
+"""What an error of the state is worth as a voltage. Salt, relative to the first: 2 R T / F, of
 diffusion potential and kinetics. Stoichiometry: slopes of open-circuit potentials are 1 V and less
 but at their ends. Temperature: 0.1 V of overpotential that changes by 5 % per kelvin."""
 
@@ -123,6 +124,8 @@ class Stepper:
         self.steps = 0
         self._p, self._tail = self.model.parameters(self.kinds), surroundings(pack, ambient_K)
         self._tolerance_V = tolerance_V
+        self._lithium = [Lithium(self.model.cell.layout, kind.values) for kind in self.kinds]
+        self._weight_V = self._weights_V()
         rate_A = pack.scale * pack.cell.nominal_capacity_C / 3600
         self.slope_V_A = -0.05 / rate_A  # of voltage over current; corrected as voltages are held
 
@@ -255,39 +258,42 @@ class Stepper:
         """The state at `end`, FIRST_ORDER of second; KEPT as they were, to rounding."""
         out = end.state.copy()
         states = (self.model.states(s) for s in (out, end.state, whole.state))
-        for kind, state, halves, one in zip(self.kinds, *states, strict=True):
-            self._extrapolate(kind, state, halves, one)
+        for lithium, state, halves, one in zip(self._lithium, *states, strict=True):
+            self._extrapolate(lithium, state, halves, one)
         return out
 
     def _extrapolate(
-        self, kind: CellKind, state: FloatArray, halves: FloatArray, whole: FloatArray
+        self, lithium: Lithium, state: FloatArray, halves: FloatArray, whole: FloatArray
     ) -> None:
         """Of one cell: `state`, a copy of `halves`, is written to."""
-        cell, layout = self.model.cell, self.model.cell.layout
-        sizes = layout.sizes()
-        for name in FIRST_ORDER:
-            if name in sizes:
-                span = layout.slice_of(name)
-                state[span] = 2 * halves[span] - whole[span]
-        now, kept = (cell.lithium_mol(s, kind.values) for s in (state, halves))
+        layout = self.model.cell.layout
+        for name in FIRST_ORDER if layout.ageing else FIRST_ORDER[:1]:
+            span = layout.slice_of(name)
+            state[span] = 2 * halves[span] - whole[span]
+        now, kept = lithium.mol(state), lithium.mol(halves)
         nodes = dict(zip(KEPT, (layout.nodes, *layout.electrodes), strict=True))
         for name, (held, *others) in KEPT.items():
             moved = sum(kept[k] - now[k] for k in others if k in kept)
             first = layout.slice_of(name).start
             state[first : first + nodes[name]] *= (kept[held] + moved) / now[held]
 
+    def _weights_V(self) -> FloatArray:
+        """(states,) of all kinds: WEIGHT_V, 0 for what is not in it."""
+        layout = self.model.cell.layout
+        weights = np.zeros((len(self.kinds), layout.size))
+        for name, weight in WEIGHT_V.items():
+            weights[:, layout.slice_of(name)] = weight
+        for own, kind in zip(weights, self.kinds, strict=True):
+            salt = kind.values["electrolyte.initial_concentration_mol_m3"]
+            own[layout.slice_of("salt")] /= salt
+        return weights.ravel()
+
     def _error_V(self, whole: Point, end: Point) -> float:
         """Of the cell that is worst off: none hides behind the mean."""
-        layout, difference = self.model.cell.layout, self.model.states(end.state - whole.state)
-        salt = self.kinds[0].values["electrolyte.initial_concentration_mol_m3"]
-        errors = [
-            weight * np.abs(difference[:, layout.slice_of(name)]).max() / (salt if n == 0 else 1.0)
-            for n, (name, weight) in enumerate(WEIGHT_V.items())
-        ]
-        voltages = (self.model.of_kinds(p.out)[:, COLUMN["voltage_V"]] for p in (end, whole))
-        errors.append(np.abs(np.subtract(*voltages)).max())
-        errors.append(abs((end.current_A - whole.current_A) * self.slope_V_A))
-        return float(max(errors))
+        of_state = np.abs((end.state - whole.state) * self._weight_V).max()
+        voltages = self.model.of_kinds(end.out - whole.out)[:, COLUMN["voltage_V"]]
+        of_current = abs((end.current_A - whole.current_A) * self.slope_V_A)
+        return float(max(of_state, np.abs(voltages).max(), of_current))
 
     def _solved(self, point: Point) -> bool:
         finite = bool(np.isfinite(point.out).all())

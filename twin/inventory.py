@@ -11,6 +11,8 @@ from twin.layout import Layout
 FloatArray = npt.NDArray[np.float64]
 
 SIDES = (("n", "negative"), ("p", "positive"))
+FILMS = {"film": "sei", "crack_film": "sei_on_cracks", "plated": "plated", "dead": "dead"}
+"""In the state, per volume of the negative electrode -> in the balance."""
 
 
 def initial_state(
@@ -37,40 +39,46 @@ def initial_state(
     return state
 
 
-def lithium_mol(layout: Layout, state: FloatArray, values: Mapping[str, float]) -> dict[str, float]:
-    """Where the lithium of one cell is [mol]."""
-    area = values["area_m2"]
+class Lithium:
+    """Where the lithium of one cell is: the sums, with all that a state does not change worked out.
 
-    def total(name: str, of: str) -> float:
-        nodes = layout.layer(of).size
-        amount = layout.layer(of).weight @ state[layout.slice_of(name)][:nodes]
-        return float(area * values[f"{of}.thickness_m"] * amount)
+    Raises KeyError if `values` are not those of a cell on `layout`.
+    """
 
-    out = {}
-    for key, side in SIDES:
-        layer = layout.layer(side)
-        solid = values[f"{side}.specific_area_m2_m3"] * values[f"{side}.particle_radius_m"] / 3
-        held = values[f"{side}.max_concentration_mol_m3"] * solid
-        held *= area * values[f"{side}.thickness_m"]
-        mean = state[layout.slice_of(f"modes_{key}")][: layer.size]
-        left = state[layout.slice_of(f"left_{key}")] if layout.ageing else 1.0
-        out[side] = float(held * (layer.weight @ (mean * left)))
+    def __init__(self, layout: Layout, values: Mapping[str, float]) -> None:
+        self._layout = layout
+        self._held: dict[str, FloatArray] = {}
+        self._pores = np.zeros(layout.nodes)
+        for key, side in SIDES:
+            layer = layout.layer(side)
+            solid = values[f"{side}.specific_area_m2_m3"] * values[f"{side}.particle_radius_m"] / 3
+            volume_m3 = layer.weight * (values["area_m2"] * values[f"{side}.thickness_m"])
+            self._held[key] = volume_m3 * (values[f"{side}.max_concentration_mol_m3"] * solid)
+        for name, span in layout.layers().items():
+            volume_m3 = (
+                layout.layer(name).weight * values["area_m2"] * values[f"{name}.thickness_m"]
+            )
+            if layout.ageing and name == "negative":
+                self._volume_m3 = volume_m3
+            else:
+                self._pores[span] += volume_m3 * values[f"{name}.porosity"]
+
+    def mol(self, state: FloatArray) -> dict[str, float]:
+        """Name -> amount [mol]."""
+        layout, out = self._layout, {}
+        for key, side in SIDES:
+            held = self._held[key]
+            mean = state[layout.slice_of(f"modes_{key}")][: held.size]
+            if layout.ageing:
+                mean = mean * state[layout.slice_of(f"left_{key}")]
+                out[f"trapped_{side}"] = held @ state[layout.slice_of(f"trapped_{key}")]
+            out[side] = held @ mean
+        salt = state[layout.slice_of("salt")]
+        out["electrolyte"] = self._pores @ salt
         if layout.ageing:
-            trapped = state[layout.slice_of(f"trapped_{key}")]
-            out[f"trapped_{side}"] = float(held * (layer.weight @ trapped))
-    out["electrolyte"] = _dissolved_mol(layout, state, values)
-    if layout.ageing:
-        names = {"film": "sei", "crack_film": "sei_on_cracks", "plated": "plated", "dead": "dead"}
-        out |= {said: total(name, "negative") for name, said in names.items()}
-    return out
-
-
-def _dissolved_mol(layout: Layout, state: FloatArray, values: Mapping[str, float]) -> float:
-    salt, dissolved = state[layout.slice_of("salt")], 0.0
-    for name, span in layout.layers().items():
-        porosity = np.array(values[f"{name}.porosity"])
-        if layout.ageing and name == "negative":
-            porosity = state[layout.slice_of("porosity")]
-        weight = layout.layer(name).weight * values[f"{name}.thickness_m"]
-        dissolved += float(values["area_m2"] * weight @ (porosity * salt[span]))
-    return dissolved
+            volume = self._volume_m3
+            pores = volume * state[layout.slice_of("porosity")]
+            out["electrolyte"] += pores @ salt[: volume.size]
+            for name, said in FILMS.items():
+                out[said] = volume @ state[layout.slice_of(name)]
+        return {name: float(mol) for name, mol in out.items()}

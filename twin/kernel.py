@@ -7,6 +7,7 @@ over it: what is carried goes from step to step, `each` changes from step to ste
 import ctypes
 import subprocess
 from collections.abc import Sequence
+from dataclasses import dataclass
 from enum import Enum
 from pathlib import Path
 from typing import Protocol
@@ -58,12 +59,6 @@ def kernel(function: ca.Function, backend: Backend = Backend.AUTO) -> Kernel:
     return VirtualLoop(function)
 
 
-def _sizes(function: ca.Function) -> tuple[list[int], list[int]]:
-    """Lengths of the inputs and outputs."""
-    inputs = [function.numel_in(i) for i in range(function.n_in())]
-    return inputs, [function.numel_out(i) for i in range(function.n_out())]
-
-
 PRELUDE = """
 #include <math.h>
 #define CASADI_SYMBOL_EXPORT static  /* a name such as step is one of the C library's too */
@@ -103,37 +98,86 @@ def _source(function: ca.Function) -> str:
     return f"{PRELUDE}{generator.dump()}{loop}"
 
 
+@dataclass(frozen=True, slots=True, eq=False)
+class _Plan:
+    """Where all of a call of some steps lies in one block of memory, in doubles.
+
+    Attributes:
+        inputs: each input's part.
+        outputs: states after the steps, and what they give out.
+        offsets: (inputs + 2,) starts of both [bytes].
+        pointers: where their addresses are written, then the scratch of the generated code.
+        scratch: starts of its four parts [bytes].
+        stride: (inputs,) see LOOP.
+        size: of the block.
+    """
+
+    inputs: tuple[slice, ...]
+    outputs: tuple[slice, slice]
+    offsets: npt.NDArray[np.uint64]
+    pointers: slice
+    scratch: tuple[int, ...]
+    stride: npt.NDArray[np.int64]
+    size: int
+
+
 class CompiledLoop:
-    """Calls the C loop; other threads run meanwhile."""
+    """Calls the C loop; other threads run meanwhile.
+
+    One block of memory a call holds all there is: a step takes less time than asking numpy for the
+    addresses of a dozen arrays.
+    """
 
     def __init__(self, library: Path, function: ca.Function) -> None:
         self._loop = ctypes.CDLL(str(library)).loop
-        self._inputs, self._outputs = _sizes(function)
+        self._loop.argtypes = [ctypes.c_longlong, *[ctypes.c_void_p] * 2, ctypes.c_longlong,
+                               *[ctypes.c_void_p] * 6]  # fmt: skip
+        self._inputs = [function.numel_in(i) for i in range(function.n_in())]
+        self._outputs = [function.numel_out(i) for i in range(function.n_out())]
         self._scratch = [function.sz_arg(), function.sz_res(), function.sz_iw(), function.sz_w()]
         self._width = np.array(self._outputs, dtype=np.int64)
+        self._plans: dict[tuple[int, int], _Plan] = {}
 
     def __call__(
         self, carried: FloatArray, each: Sequence[FloatArray], fixed: Sequence[FloatArray]
     ) -> tuple[FloatArray, FloatArray]:
         """As `Kernel`."""
         steps = each[0].shape[0]
-        given = [np.ascontiguousarray(a, dtype=float) for a in (carried, *each, *fixed)]
-        lengths = [a.size // (steps if 0 < i <= len(each) else 1) for i, a in enumerate(given)]
-        assert lengths == self._inputs, f"inputs of {lengths}, expected {self._inputs}"
-        moving = [lengths[i] if 0 < i <= len(each) else 0 for i in range(len(given))]
-        stride = np.array(moving, dtype=np.int64)
-        states, out = (np.empty((steps, width)) for width in self._outputs)
-        pointers = np.array([a.ctypes.data for a in given], dtype=np.uint64)
-        results = np.array([states.ctypes.data, out.ctypes.data], dtype=np.uint64)
-        scratch = [np.empty(size + 1) for size in self._scratch]
-        tail = [a.ctypes.data for a in (results, self._width, *scratch)]
-        count = ctypes.c_longlong(steps), ctypes.c_longlong(len(given))
+        if not (plan := self._plans.get((steps, len(each)))):
+            plan = self._plans[steps, len(each)] = self._planned(steps, len(each))
+        block = np.empty(plan.size)
+        for span, given in zip(plan.inputs, (carried, *each, *fixed), strict=True):
+            block[span] = given.reshape(-1)
+        base = block.ctypes.data
+        block[plan.pointers].view(np.uint64)[:] = plan.offsets + np.uint64(base)
+        first = base + 8 * plan.pointers.start
+        count = len(self._inputs)
         failed = self._loop(
-            count[0], *map(ctypes.c_void_p, (pointers.ctypes.data, stride.ctypes.data)), count[1],
-            *map(ctypes.c_void_p, tail),
+            steps, first, plan.stride.ctypes.data, count, first + 8 * count,
+            self._width.ctypes.data, *(base + start for start in plan.scratch),
         )  # fmt: skip
         assert not failed, "generated code reports failure only where it calls outside code"
+        states, out = (block[span].reshape(steps, -1) for span in plan.outputs)
         return states, out
+
+    def _planned(self, steps: int, moving: int) -> _Plan:
+        times = [steps if 0 < i <= moving else 1 for i in range(len(self._inputs))]
+        sizes = [n * k for n, k in zip(self._inputs, times, strict=True)]
+        sizes += [steps * n for n in self._outputs]
+        sizes += [len(sizes), *(n + 1 for n in self._scratch)]
+        ends = np.cumsum(sizes).tolist()
+        spans = [slice(end - size, end) for end, size in zip(ends, sizes, strict=True)]
+        known = len(self._inputs) + 2
+        strides = [n if k > 1 else 0 for n, k in zip(self._inputs, times, strict=True)]
+        return _Plan(
+            inputs=tuple(spans[: known - 2]),
+            outputs=(spans[known - 2], spans[known - 1]),
+            offsets=np.array([8 * s.start for s in spans[:known]], dtype=np.uint64),
+            pointers=spans[known],
+            scratch=tuple(8 * s.start for s in spans[known + 1 :]),
+            stride=np.array(strides, dtype=np.int64),
+            size=ends[-1],
+        )
 
 
 class VirtualLoop:

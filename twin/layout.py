@@ -1,7 +1,6 @@
 """Where the quantities lie in the state, and in which order the salt is eliminated."""
 
-from dataclasses import dataclass
-from functools import cache
+from dataclasses import dataclass, field
 
 import casadi as ca
 import numpy as np
@@ -24,6 +23,13 @@ class Layout:
 
     mesh: Mesh
     ageing: bool = False
+    _slices: dict[str, slice] = field(init=False, repr=False, compare=False)
+
+    def __post_init__(self) -> None:
+        sizes = self.sizes()
+        ends = np.cumsum(list(sizes.values())).tolist()
+        slices = {k: slice(end - sizes[k], end) for k, end in zip(sizes, ends, strict=True)}
+        object.__setattr__(self, "_slices", slices)
 
     @property
     def electrodes(self) -> tuple[int, int]:
@@ -96,18 +102,10 @@ class Layout:
 
     def slice_of(self, name: str) -> slice:
         """Where `name` lies in the state."""
-        return _slices(self)[name]
+        return self._slices[name]
 
     def elimination_order(self) -> list[int]:
         """Nodes of the electrolyte in the order they are eliminated: collectors first."""
         n, p = self.electrodes
         total = self.nodes
         return [*range(n), *reversed(range(total - p, total)), *range(n, total - p)]
-
-
-@cache
-def _slices(layout: Layout) -> dict[str, slice]:
-    """Of all quantities; asked for thousands of times."""
-    sizes = layout.sizes()
-    ends = np.cumsum(list(sizes.values())).tolist()
-    return {name: slice(end - sizes[name], end) for name, end in zip(sizes, ends, strict=True)}

@@ -185,7 +185,7 @@ class StepModel:
 
     def lithium_mol(self, state: FloatArray, values: Mapping[str, float]) -> dict[str, float]:
         """Where the lithium of one cell is [mol]."""
-        return inventory.lithium_mol(self.layout, state, values)
+        return inventory.Lithium(self.layout, values).mol(state)
 
     def step(self) -> ca.Function:
         """The kernel: (state, drive, p) -> (next state, OUTPUTS); drive as in DRIVE."""
