@@ -42,7 +42,8 @@ def read_bpx(text: str, *, name: str) -> Cell:
 
     Used: everything of the DFN parameterisation. Not used: initial state of charge and hysteresis,
     temperatures and heat transfer of the State section (they belong to a pack and a load),
-    Validation data. Missing activation energies and entropic coefficients are zero, as the standard has it.
+    Validation data. Missing activation energies and entropic coefficients are zero, as the
+    standard has it.
 
     Args:
         text: of the file, JSON.
