@@ -40,9 +40,10 @@ class CellWarning(UserWarning):
 def read_bpx(text: str, *, name: str) -> Cell:
     """The cell that a BPX file describes; CellError if it describes none that we can simulate.
 
-    Used: everything of the DFN parameterisation. Not used: initial state of charge, temperatures
-    and heat transfer of the State section (they belong to a pack and a load), Validation data.
-    Missing activation energies and entropic coefficients are zero, as the standard has it.
+    Used: everything of the DFN parameterisation. Not used: initial state of charge and hysteresis,
+    temperatures and heat transfer of the State section (they belong to a pack and a load),
+    Validation data. Missing activation energies and entropic coefficients are zero, as the
+    standard has it.
 
     Args:
         text: of the file, JSON.
@@ -211,6 +212,10 @@ def _hysteresis(electrode: Any, where: str) -> Hysteresis | None:
             f"{where}: hysteresis needs OCP (lithiation), OCP (delithiation) and "
             "OCP hysteresis decay constant, or none of them"
         )
+    if not 0 <= electrode.gamma_hys < math.inf:
+        raise CellError(
+            f"{where}: OCP hysteresis decay constant = {electrode.gamma_hys}; 0 or more expected"
+        )
     return Hysteresis(
         lithiation_V=_function(electrode.ocp_lith, f"{where}: OCP (lithiation)"),
         delithiation_V=_function(electrode.ocp_delith, f"{where}: OCP (delithiation)"),
@@ -267,6 +272,11 @@ def _check_functions(cell: Cell, name: str) -> None:
             (f"{side} electrode: OCP", e.ocp_V, ends, False),
             (f"{side} electrode: Entropic change coefficient", e.entropic_V_K, ends, False),
         ]
+        if (branches := cell.hysteresis(side)) is not None:
+            checks += [
+                (f"{side} electrode: OCP (lithiation)", branches.lithiation_V, ends, False),
+                (f"{side} electrode: OCP (delithiation)", branches.delithiation_V, ends, False),
+            ]
     for what, function, arguments, positive in checks:
         for x in arguments:
             value = _value(function, x)

@@ -87,7 +87,9 @@ class Electrolyte:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Hysteresis:
-    """One electrode's branches of the open-circuit potential (BPX 1.x one-state form); parsed only.
+    """One electrode's branches of the open-circuit potential (BPX 1.x one-state form).
+
+    Used where `effects/ocv_hysteresis.py` is switched on; elsewhere a cell follows `ocp_V` alone.
 
     Attributes:
         lithiation_V: OCP while lithium goes in.
@@ -139,3 +141,7 @@ class Cell:
     volume_m3: float
     negative_hysteresis: Hysteresis | None = None
     positive_hysteresis: Hysteresis | None = None
+
+    def hysteresis(self, side: str) -> Hysteresis | None:
+        """The branches of the `negative` or `positive` electrode, if the file has them."""
+        return self.negative_hysteresis if side == "negative" else self.positive_hysteresis

@@ -8,8 +8,9 @@ import numpy as np
 import numpy.typing as npt
 
 from twin import kinetics, particle
-from twin.cell import Electrode
+from twin.cell import Electrode, Hysteresis
 from twin.constants import FARADAY_C_mol
+from twin.effects import ocv_hysteresis
 from twin.effects.stress_enhanced_diffusion import enhancement
 from twin.mesh import Layer
 
@@ -50,6 +51,7 @@ class ElectrodeSymbols:
         collector: node at the current collector, 0 or -1.
         p: parameters by name.
         stressed: diffusion is enhanced by stress.
+        branches: of its open-circuit potential, if its file has them; for `off_equilibrium_V`.
     """
 
     name: str
@@ -59,6 +61,7 @@ class ElectrodeSymbols:
     collector: int
     p: Mapping[str, ca.SX]
     stressed: bool = False
+    branches: Hysteresis | None = None
 
     def __call__(self, name: str) -> ca.SX:
         """Its own parameter `name`."""
@@ -133,6 +136,23 @@ class ElectrodeSymbols:
         exchange = kinetics.exchange_current_A_m2(rate, salt, salt_initial, surface)
         eta = kinetics.overpotential_V(reaction, exchange, temperature_K)
         return self.open_circuit_V(surface, temperature_K) + eta
+
+    def hysteresis(self, before: ca.SX, reactions: tuple[ca.SX, ca.SX], step_s: ca.SX) -> ca.SX:
+        """(n,) between the branches after a step; `reactions` at its start and end [A/m2]."""
+        holds = FARADAY_C_mol * self("max_concentration_mol_m3") * self("particle_radius_m")
+        per_current = self.p[f"ocv_hysteresis.{self.name}_decay"] / 2 * step_s * 3 / holds
+        start, end = (per_current * reaction for reaction in reactions)
+        return ocv_hysteresis.relaxed(before, start, end)
+
+    def off_equilibrium_V(self, surface: ca.SX, hysteresis: ca.SX) -> ca.SX:
+        """(n,) that hysteresis adds to `open_circuit_V`, the BPX OCP.
+
+        The energy of the lithium stays that of the OCP (`enthalpy_V`): the rest is heat.
+        """
+        if self.branches is None:
+            return hysteresis * self.p[f"ocv_hysteresis.{self.name}_amplitude_V"]
+        low, high = self.branches.lithiation_V(surface), self.branches.delithiation_V(surface)
+        return (low + high) / 2 + hysteresis * (high - low) / 2 - self.electrode.ocp_V(surface)
 
     def losses_ohm_m2(self, conductivity_S_m: ca.SX) -> ca.SX:
         """(n, n) potential lost in solution and solid between each node and the separator.

@@ -27,6 +27,9 @@ def initial_state(
         surface_m2 = values["area_m2"] * values[f"{side}.thickness_m"]
         surface_m2 *= values[f"{side}.specific_area_m2_m3"]
         state[layout.slice_of(f"answer_{key}")] = (1 if key == "n" else -1) / surface_m2
+        if layout.hysteretic:
+            start = values[f"ocv_hysteresis.{side}_start"]
+            state[layout.slice_of(f"hysteresis_{key}")] = start
     state[layout.slice_of("salt")] = values["electrolyte.initial_concentration_mol_m3"]
     state[layout.slice_of("temperature_K")] = temperature_K
     if layout.ageing:

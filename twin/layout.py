@@ -15,7 +15,8 @@ class Layout:
     Modes of the negative and positive particles (nodes x modes), salt (nodes left to right),
     reaction current negative, positive, phi_s - phi_e of both at the separator, how the reactions
     answer a change of the cell's current [1/m2], enthalpy potential of both, voltage, temperature.
-    With ageing also, in the negative electrode, films, plated and dead lithium [mol per m3 of
+    With hysteresis also where each node of both electrodes is between its branches, -1 to 1. With
+    ageing also, in the negative electrode, films, plated and dead lithium [mol per m3 of
     electrode], crack length, porosity, total current, the part of it that strips; in both
     electrodes the share of active material that is left, and the lithium trapped in the rest (share
     of what all can hold).
@@ -23,6 +24,7 @@ class Layout:
 
     mesh: Mesh
     ageing: bool = False
+    hysteretic: bool = False
     _slices: dict[str, slice] = field(init=False, repr=False, compare=False)
 
     def __post_init__(self) -> None:
@@ -72,7 +74,8 @@ class Layout:
             "reaction_p": p, "gap_V": 2, "answer_n": n, "answer_p": p,
             "enthalpy_V": n + p, "voltage_V": 1, "temperature_K": 1,
         }  # fmt: skip
-        return base | self.ageing_sizes()
+        memory = {"hysteresis_n": n, "hysteresis_p": p} if self.hysteretic else {}
+        return base | memory | self.ageing_sizes()
 
     def ageing_sizes(self) -> dict[str, int]:
         """The part of `sizes` that ageing adds."""

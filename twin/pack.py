@@ -13,11 +13,17 @@ from twin.effects import (
     AnyEffect,
     FilmResistance,
     Mechanics,
+    OcvHysteresis,
     SeriesResistance,
     StressEnhancedDiffusion,
     WeakCell,
 )
-from twin.parameters import ageing_parameters, cell_parameters, mechanics_parameters
+from twin.parameters import (
+    ageing_parameters,
+    cell_parameters,
+    hysteresis_parameters,
+    mechanics_parameters,
+)
 
 FloatArray = npt.NDArray[np.float64]
 
@@ -120,6 +126,9 @@ class Pack:
                 values["negative.film_ohm_m2"] += effect.negative_ohm_m2
                 values["positive.film_ohm_m2"] += effect.positive_ohm_m2
         values |= mechanics_parameters(self.mechanics) if self.stressed else {}
+        for effect in self.effects:
+            if isinstance(effect, OcvHysteresis):
+                values |= hysteresis_parameters(self.cell, effect)
         return values | (ageing_parameters(self.effects, self.mechanics) if self.ages else {})
 
     @property
@@ -182,6 +191,11 @@ class Pack:
     def stressed(self) -> bool:
         """Diffusion is enhanced by stress."""
         return any(isinstance(e, StressEnhancedDiffusion) for e in self.effects)
+
+    @property
+    def hysteretic(self) -> bool:
+        """Open-circuit potentials depend on which way lithium went."""
+        return any(isinstance(e, OcvHysteresis) for e in self.effects)
 
     @property
     def ages(self) -> bool:

@@ -103,15 +103,18 @@ class PackModel:
 
 def pack_model(pack: Pack, mesh: Mesh, backend: Backend) -> PackModel:
     """Of `pack`; kernels are kept, so the same again costs nothing."""
-    cell, own = _cell_kernel(pack.cell, mesh, backend, ageing=pack.ages, stressed=pack.stressed)
+    cell, own = _cell_kernel(
+        pack.cell, mesh, backend, ageing=pack.ages, stressed=pack.stressed,
+        hysteretic=pack.hysteretic,
+    )  # fmt: skip
     return PackModel(cell, tuple(kind.count for kind in pack.cells()), own)
 
 
 @lru_cache(maxsize=16)
-def _cell_kernel(
-    cell: Cell, mesh: Mesh, backend: Backend, *, ageing: bool, stressed: bool
+def _cell_kernel(  # noqa: PLR0913
+    cell: Cell, mesh: Mesh, backend: Backend, *, ageing: bool, stressed: bool, hysteretic: bool
 ) -> tuple[StepModel, Kernel]:
-    model = StepModel(cell, mesh, ageing=ageing, stressed=stressed)
+    model = StepModel(cell, mesh, ageing=ageing, stressed=stressed, hysteretic=hysteretic)
     return model, kernel(model.step(), backend)
 
 

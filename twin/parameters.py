@@ -7,7 +7,7 @@ import casadi as ca
 import numpy as np
 
 from twin.cell import Cell
-from twin.effects import AGEING, AnyEffect, Mechanics
+from twin.effects import AGEING, AnyEffect, Mechanics, OcvHysteresis
 
 SCALARS_OF_CELL = (
     "area_m2",
@@ -32,6 +32,19 @@ def ageing_parameters(
 def mechanics_parameters(mechanics: Mechanics) -> dict[str, float]:
     """The elastic constants by name, e.g. `mechanics.negative_modulus_Pa`."""
     return {f"mechanics.{f.name}": getattr(mechanics, f.name) for f in fields(mechanics)}
+
+
+def hysteresis_parameters(cell: Cell, effect: OcvHysteresis) -> dict[str, float]:
+    """The same for hysteresis, e.g. `ocv_hysteresis.negative_start`.
+
+    An electrode whose branches the cell's file has takes its decay from there and has no amplitude.
+    """
+    numbers = {f.name: float(getattr(effect, f.name)) for f in fields(effect)}
+    for side in ("negative", "positive"):
+        if (branches := cell.hysteresis(side)) is not None:
+            del numbers[f"{side}_amplitude_V"]
+            numbers[f"{side}_decay"] = branches.decay
+    return {f"{effect.id}.{name}": value for name, value in numbers.items()}
 
 
 def cell_parameters(cell: Cell) -> dict[str, float]:

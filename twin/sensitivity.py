@@ -109,8 +109,10 @@ def _last_steps(run: Run) -> npt.NDArray[np.int64]:
 
 
 @lru_cache(maxsize=16)
-def _built(cell: Cell, mesh: Mesh, backend: Backend, directions: int) -> tuple[Tangent, Kernel]:
-    tangent = Tangent(StepModel(cell, mesh))
+def _built(
+    cell: Cell, mesh: Mesh, backend: Backend, directions: int, *, hysteretic: bool
+) -> tuple[Tangent, Kernel]:
+    tangent = Tangent(StepModel(cell, mesh, hysteretic=hysteretic))
     return tangent, kernel(tangent.step(directions), backend)
 
 
@@ -133,7 +135,7 @@ def _carry_kind(
 ) -> FloatArray:  # fmt: skip
     """(2, steps, k) of one kind of cell, whose first state (k, states) and p (k, p) change."""
     k, mesh = len(names), run.model.cell.layout.mesh
-    tangent, many = _built(run.pack.cell, mesh, backend, k)
+    tangent, many = _built(run.pack.cell, mesh, backend, k, hysteretic=run.pack.hysteretic)
     fixed = [vector(run.kinds[kind].values), _unit(names, _DRIVE_NAMES).ravel(), change[1].ravel()]
     moved, before = change[0].ravel(), run.model.states(run.initial)[kind]
     out = [np.zeros((0, 2 * k))]

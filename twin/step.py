@@ -10,6 +10,8 @@ so Newton's method is left with, at every node and for each electrode as a whole
 Both electrodes are solved each for itself; they meet in the salt, which every iteration takes
 along. The sums of lithium, salt and charge are exact for any iterate.
 
+With hysteresis U is beside its equilibrium, by a state that follows from i in closed form.
+
 In time: salt diffusion backward Euler; reactions run straight over the step, for which particles
 are exact and heat is the exact mean of its factors' products. Diffusivities are those at the start,
 conductivities those of the salt that unchanged reactions would lead to. A step of length 0 answers
@@ -26,7 +28,7 @@ import numpy.typing as npt
 from twin import inventory, newton
 from twin.cell import Cell
 from twin.degradation import Begun, DegradationSymbols
-from twin.effects import Mechanics, self_heating
+from twin.effects import Mechanics, OcvHysteresis, self_heating
 from twin.electrode import ElectrodeSymbols
 from twin.electrolyte import ElectrolyteSymbols
 from twin.kinetics import SALT_FLOOR_mol_m3
@@ -36,6 +38,7 @@ from twin.parameters import (
     Symbols,
     ageing_parameters,
     cell_parameters,
+    hysteresis_parameters,
     mechanics_parameters,
 )
 
@@ -149,19 +152,23 @@ class StepModel:
     """The equations of a cell on a mesh; `step()` is the kernel."""
 
     def __init__(
-        self, cell: Cell, mesh: Mesh, *, ageing: bool = False, stressed: bool = False
-    ) -> None:
-        self.layout = Layout(mesh, ageing=ageing)
+        self, cell: Cell, mesh: Mesh, *, ageing: bool = False, stressed: bool = False,
+        hysteretic: bool = False,
+    ) -> None:  # fmt: skip
+        self.layout = Layout(mesh, ageing=ageing, hysteretic=hysteretic)
         names = cell_parameters(cell)
         names |= mechanics_parameters(Mechanics()) if stressed else {}
+        names |= hysteresis_parameters(cell, OcvHysteresis()) if hysteretic else {}
         names |= ageing_parameters() if ageing else {}
         self.p = Symbols(tuple(names))
         self.negative = ElectrodeSymbols(
-            "negative", cell.negative, mesh.negative, mesh.sphere, 0, self.p, stressed
-        )
+            "negative", cell.negative, mesh.negative, mesh.sphere, 0, self.p, stressed,
+            cell.negative_hysteresis,
+        )  # fmt: skip
         self.positive = ElectrodeSymbols(
-            "positive", cell.positive, mesh.positive, mesh.sphere, -1, self.p, stressed
-        )
+            "positive", cell.positive, mesh.positive, mesh.sphere, -1, self.p, stressed,
+            cell.positive_hysteresis,
+        )  # fmt: skip
         self.electrolyte = ElectrolyteSymbols(cell.electrolyte, self.layout, self.p)
         self.ageing = (
             DegradationSymbols(self.layout, self.negative, self.positive, self.p)
@@ -278,7 +285,10 @@ class StepModel:
         out, temperature = [], self._old["temperature_K"]
         for side, own, reaction in zip(self.electrodes, ready.sides, z.reactions, strict=True):
             salt = z.salt[self.layout.layers()[side.name]]
-            over = side.potential_V(own.surface - own.gain * reaction, reaction, salt, temperature)
+            x = own.surface - own.gain * reaction
+            over = side.potential_V(x, reaction, salt, temperature)
+            if self.layout.hysteretic:
+                over += side.off_equilibrium_V(x, self._hysteresis(side, reaction, ready))
             total, film, strip, plated = reaction, side("film_ohm_m2"), ca.SX(0), ca.SX()
             if self.ageing and side is self.negative:
                 begun = Begun.unpacked(ready.begun)
@@ -287,6 +297,13 @@ class StepModel:
                 film = film + begun.resistance_ohm_m2
             out.append(Surface(over + total * film, total, strip, plated))
         return out[0], out[1]
+
+    def _hysteresis(self, side: ElectrodeSymbols, reaction: ca.SX, ready: Ready) -> ca.SX:
+        """(n,) of an electrode after the step, `reaction` flowing at its end."""
+        begun = Begun.unpacked(ready.begun) if self.ageing else None
+        start = self.start_currents(begun)[0 if side is self.negative else 1]
+        before = self._old[f"hysteresis_{side.key}"]
+        return side.hysteresis(before, (start, reaction), self.drive[0])
 
     def misses(
         self, z: Unknown, ready: Ready, surfaces: tuple[Surface, Surface]
@@ -332,7 +349,11 @@ class StepModel:
             (self.start_currents(begun), reactions), ends, voltage
         )
         parts = [*(ca.vec(q) for q in modes), salt, *reactions, z.gap_V, answers, enthalpy]
-        following = ca.vertcat(*parts, voltage, temperature)
+        parts += [voltage, temperature]
+        if self.layout.hysteretic:
+            both = zip(self.electrodes, reactions, strict=True)
+            parts += [self._hysteresis(*own, ready) for own in both]
+        following = ca.vertcat(*parts)
         if begun:
             following = self._aged(following, begun, (surfaces[0], totals[0]), modes)
         x = ca.vertcat(*ends)

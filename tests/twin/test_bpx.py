@@ -207,6 +207,12 @@ def test_both_branches_of_a_hysteresis_are_read() -> None:
     assert cell.negative_hysteresis.decay == 3.0
     assert at(cell.negative_hysteresis.lithiation_V, 0.5) == pytest.approx(0.075)
     assert at(cell.negative_hysteresis.delithiation_V, 0.5) == pytest.approx(0.15)
+    electrode["OCP hysteresis decay constant"] = -3.0
+    with pytest.raises(CellError, match="negative electrode: OCP hysteresis decay constant = -3"):
+        read(doc)
+    electrode |= {"OCP hysteresis decay constant": 3.0, "OCP (lithiation) [V]": "(x - 0.5) ** 0.5"}
+    with pytest.raises(CellError, match=r"negative electrode: OCP \(lithiation\) is nan"):
+        read(doc)
     del electrode["OCP hysteresis decay constant"]
     with pytest.raises(CellError, match="negative electrode: hysteresis needs"):
         read(doc)

@@ -6,6 +6,7 @@ from twin.effects.active_material_loss import ActiveMaterialLoss
 from twin.effects.cracking import Cracking
 from twin.effects.film_resistance import FilmResistance
 from twin.effects.mechanics import Mechanics
+from twin.effects.ocv_hysteresis import OcvHysteresis
 from twin.effects.plating import Plating
 from twin.effects.porosity_change import PorosityChange
 from twin.effects.sei import Sei
@@ -16,7 +17,7 @@ from twin.effects.stress_enhanced_diffusion import StressEnhancedDiffusion
 from twin.effects.weak_cell import WeakCell
 
 Ageing = Sei | SeiOnCracks | Plating | Cracking | ActiveMaterialLoss | PorosityChange
-Switched = SelfHeating | StressEnhancedDiffusion | Ageing
+Switched = SelfHeating | StressEnhancedDiffusion | OcvHysteresis | Ageing
 Measured = SeriesResistance | FilmResistance | WeakCell
 AnyEffect = Switched | Measured
 
@@ -31,7 +32,7 @@ AGEING: tuple[type[Ageing], ...] = (
 """Those that change the cell for good; one kernel holds them all, strengths being inputs."""
 
 EFFECTS: dict[str, type[Switched]] = {
-    e.id: e for e in (SelfHeating, *AGEING, StressEnhancedDiffusion)
+    e.id: e for e in (SelfHeating, *AGEING, StressEnhancedDiffusion, OcvHysteresis)
 }
 """Id -> effect, for all that act with the numbers they come with."""
 
@@ -62,6 +63,7 @@ __all__ = [
     "FilmResistance",
     "Measured",
     "Mechanics",
+    "OcvHysteresis",
     "Plating",
     "PorosityChange",
     "Sei",
