@@ -12,8 +12,8 @@ PLACES = {"cell"}  # of a weak cell: a choice, not a number that may be fitted
 
 
 @pytest.mark.parametrize("effect", ALL, ids=lambda e: e.id)
-def test_an_effect_tells_its_equation_source_and_signature(effect: Effect) -> None:
-    assert all((effect.id, effect.equation, effect.source, effect.signature))
+def test_an_effect_tells_its_balance_equation_source_and_signature(effect: Effect) -> None:
+    assert all((effect.id, effect.balance, effect.equation, effect.source, effect.signature))
 
 
 @pytest.mark.parametrize("effect", [*ALL, Mechanics()], ids=lambda e: e.id)

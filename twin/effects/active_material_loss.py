@@ -35,6 +35,9 @@ class ActiveMaterialLoss:
             prior_std=190e6,
         ),
     )  # fmt: skip
+    balance: ClassVar[str] = (
+        "active material of both electrodes; its lithium goes from the particles to what is trapped"
+    )
     equation: ClassVar[str] = r"\dot\varepsilon_s = -\beta\left(\max(\sigma_h,0)/\sigma_c\right)^2"
     source: ClassVar[str] = (
         "Laresgoiti et al., J. Power Sources 300, 112 (2015), doi:10.1016/j.jpowsour.2015.09.033; "

@@ -41,6 +41,7 @@ class Cracking:
             prior_std=3e15,
         ),
     )  # fmt: skip
+    balance: ClassVar[str] = "none by itself: surface that `sei_on_cracks` covers"
     equation: ClassVar[str] = (
         r"\dot l = \frac{k}{3600}\left(1.12\,\sigma_t\sqrt{\pi l}\right)^m,\ \sigma_t > 0"
     )

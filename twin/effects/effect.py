@@ -35,6 +35,7 @@ class Effect(Protocol):
     Attributes:
         id: stable name, e.g. `self_heating`.
         parameters: its numbers.
+        balance: what it adds to which balance, in words.
         equation: LaTeX.
         source: reference.
         signature: what it leaves in a recording, in words.
@@ -44,6 +45,8 @@ class Effect(Protocol):
     def id(self) -> str: ...  # noqa: D102
     @property
     def parameters(self) -> tuple[Parameter, ...]: ...  # noqa: D102
+    @property
+    def balance(self) -> str: ...  # noqa: D102
     @property
     def equation(self) -> str: ...  # noqa: D102
     @property

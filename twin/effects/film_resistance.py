@@ -20,6 +20,7 @@ class FilmResistance:
         )
         for side in ("negative", "positive")
     )
+    balance: ClassVar[str] = "potential between solid and electrolyte, and its heat"
     equation: ClassVar[str] = r"\phi_s - \phi_e = U + \eta + i R_\mathrm{film}"
     source: ClassVar[str] = (
         "Doyle, Fuller, Newman, J. Electrochem. Soc. 140, 1526 (1993), doi:10.1149/1.2221597"

@@ -66,6 +66,7 @@ class OcvHysteresis:
             for side, value in (("negative", -1.0), ("positive", 1.0))
         ),
     )  # fmt: skip
+    balance: ClassVar[str] = "potential of both electrodes, and its heat"
     equation: ClassVar[str] = (
         r"\dot h = \tfrac{\gamma}{2}\left(\mathrm{sgn}(q) - h\right)|q|,\ q = -\dot{\bar x},\quad "
         r"U = \tfrac{1+h}{2}U_\mathrm{delith} + \tfrac{1-h}{2}U_\mathrm{lith}"

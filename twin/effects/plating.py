@@ -35,6 +35,7 @@ class Plating:
             prior_std=1e-7,
         ),
     )  # fmt: skip
+    balance: ClassVar[str] = "lithium from the electrolyte to metal and back, its charge, porosity"
     equation: ClassVar[str] = (
         r"i = Fk\left(c_\mathrm{Li}e^{0.35F\eta/RT} - c_e e^{-0.65F\eta/RT}\right),\quad"
         r"\dot c_\mathrm{dead} = \gamma_0 \frac{L_0}{L} c_\mathrm{Li}"

@@ -20,6 +20,7 @@ class PorosityChange:
     parameters: ClassVar[tuple[Parameter, ...]] = (
         Parameter(name="strength", unit="1", value=1.0, lower=0.0, upper=2.0, prior_std=0.5),
     )
+    balance: ClassVar[str] = "pores of the negative electrode: salt held, diffusion and conduction"
     equation: ClassVar[str] = (
         r"\varepsilon = \varepsilon_0 - \bar V_\mathrm{SEI}\,\Delta c_\mathrm{SEI}"
         r" - \bar V_\mathrm{Li}(c_\mathrm{Li}+c_\mathrm{dead})"

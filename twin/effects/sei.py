@@ -54,6 +54,9 @@ class Sei:
             name="resistivity_ohm_m", unit="Ohm m", value=2e5, lower=0.0, upper=1e8, prior_std=2e5
         ),
     )  # fmt: skip
+    balance: ClassVar[str] = (
+        "lithium and charge of the negative surface to the film; potential lost in it; porosity"
+    )
     equation: ClassVar[str] = r"\dot L = \bar V c_\mathrm{sol} D_\mathrm{sol} / L"
     source: ClassVar[str] = (
         "O'Kane et al., Phys. Chem. Chem. Phys. 24, 7909 (2022), doi:10.1039/d2cp00417h; "

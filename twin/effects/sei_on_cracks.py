@@ -21,6 +21,9 @@ class SeiOnCracks:
             name="initial_share", unit="1", value=1e-4, lower=1e-6, upper=1.0, prior_std=1e-4
         ),
     )
+    balance: ClassVar[str] = (
+        "lithium and charge of the negative surface to the film on cracks; porosity"
+    )
     equation: ClassVar[str] = (
         r"\dot L_\mathrm{cr} = \bar V c_\mathrm{sol} D_\mathrm{sol} / L_\mathrm{cr}"
     )

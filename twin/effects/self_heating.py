@@ -30,6 +30,7 @@ class SelfHeating:
             prior_std=10.0,
         ),
     )  # fmt: skip
+    balance: ClassVar[str] = "temperature, on which every rate depends"
     equation: ClassVar[str] = r"C\,\dot T = Q - hA\,(T - T_\mathrm{amb})"
     source: ClassVar[str] = (
         "Bernardi, Pawlikowski, Newman, J. Electrochem. Soc. 132, 5 (1985), doi:10.1149/1.2113792"

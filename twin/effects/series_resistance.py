@@ -18,6 +18,7 @@ class SeriesResistance:
             name="resistance_ohm", unit="Ohm", value=0.0, lower=0.0, upper=0.5, prior_std=0.01
         ),
     )
+    balance: ClassVar[str] = "voltage at the terminals, and its heat"
     equation: ClassVar[str] = r"V = V_\mathrm{cells} - R\,I"
     source: ClassVar[str] = "Ohm's law"
     signature: ClassVar[str] = "a step of the voltage with the current at once, at any charge"

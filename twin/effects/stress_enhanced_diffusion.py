@@ -19,6 +19,7 @@ class StressEnhancedDiffusion:
 
     id: ClassVar[str] = "stress_enhanced_diffusion"
     parameters: ClassVar[tuple[Parameter, ...]] = ()
+    balance: ClassVar[str] = "none by itself: diffusivity in the particles"
     equation: ClassVar[str] = (
         r"D_\mathrm{eff} = D\left(1 + \frac{2\Omega^2 E}{9RT(1-\nu)}\,c\right)"
     )

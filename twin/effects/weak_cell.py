@@ -36,6 +36,7 @@ class WeakCell:
             name="resistance_ohm", unit="Ohm", value=0.0, lower=0.0, upper=0.5, prior_std=5e-3
         ),
     )
+    balance: ClassVar[str] = "none: one cell of the series has its own of all"
     equation: ClassVar[str] = (
         r"V = \sum_{k \neq w} V_k(I) + V_w(I),\quad A_w = f A,\quad "
         r"\mathrm{SOC}_w(0) = \mathrm{SOC}(0) + \Delta,\quad V_w \leftarrow V_w - R_w I"
