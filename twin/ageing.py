@@ -28,6 +28,9 @@ from twin.solution import Status
 
 FloatArray = npt.NDArray[np.float64]
 
+EMPTY = (Status.LOWER_CUT_OFF, Status.ELECTRODE_EMPTY)
+"""How a repeated flight ends: a weak cell may be empty before the pack is at its cut-off."""
+
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Regime:
@@ -35,7 +38,8 @@ class Regime:
 
     Attributes:
         load: a flight; its surroundings are those of the whole cycle.
-        repeat: the load is repeated up to the lower cut-off, instead of flown once.
+        repeat: the load is repeated until the pack is empty, instead of flown once: up to the lower
+            cut-off, or to where an electrode of one of its cells is empty.
         rest_s: before the charge, and after it; 0 for none.
         charge_rate: of the constant current, in 1/h of the capacity when new.
         until_rate: at which the constant voltage ends, likewise.
@@ -101,7 +105,7 @@ class Aged:
 
     Attributes:
         cycle: the numbers.
-        state: the kernel's state of one cell.
+        state: the kernel's state of each kind of cell.
         net_charge_C: drawn from the pack since the start of life, charges subtracted.
     """
 
@@ -139,18 +143,19 @@ class _Running:
         self._pack, self._regime = pack, regime
         self._settings = Settings(ambient_K=regime.load.ambient_K)
         self._state, self._time_s, self._net_C = state, time_s, net_charge_C
+        self._current_A = 0.0
         self._status, self._stopped_in = Status.DONE, ""
         self._drawn_C = self._energy_J = self._flown_s = self._charged_C = 0.0
         self._end_V, self._min_V, self._max_K = np.nan, np.inf, -np.inf
 
     def fly(self) -> None:
-        """The load once, or again and again up to the lower cut-off."""
+        """The load once, or again and again until the pack is empty."""
         while self._status is Status.DONE:
             (flown,) = self._do("flight", FollowLoad(load=self._regime.load)).steps
             self._count_flight(flown)
             if not self._regime.repeat:
                 return
-            if flown.status is Status.LOWER_CUT_OFF:
+            if flown.status in EMPTY:
                 self._status, self._stopped_in = Status.DONE, ""
                 return
 
@@ -186,12 +191,20 @@ class _Running:
         return Aged(cycle=cycle, state=self._state, net_charge_C=self._net_C)
 
     def _do(self, what: str, *steps: Step) -> ProtocolResult:
-        result = run(self._pack, steps, settings=self._settings, state=self._state)
+        result = run(
+            self._pack,
+            steps,
+            settings=self._settings,
+            state=self._state,
+            current_A=self._current_A,
+        )
         self._state = result.end_state
+        last_A = result.steps[-1].current_A
+        self._current_A = float(last_A[-1]) if last_A.size else self._current_A
         self._time_s += result.steps[-1].stopped_s
         self._net_C += sum(s.charge_C for s in result.steps)
         warmest = [s.temperature_K.max() for s in result.steps if s.temperature_K.size]
-        self._max_K = max(self._max_K, *map(float, warmest))
+        self._max_K = max([self._max_K, *map(float, warmest)])
         if result.status is not Status.DONE:
             self._status, self._stopped_in = result.status, what
         return result

@@ -1,28 +1,31 @@
 """What a pack has lost: capacity, lithium, active material; and what resistance it has gained.
 
-All of it follows from the state of the cell at that moment, nothing from the load it lives under.
+All of it follows from the state of the cells at that moment, nothing from the load they live under.
 """
 
-from dataclasses import dataclass, fields
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, fields, replace
 
 import casadi as ca
 import numpy as np
 import numpy.typing as npt
-from scipy.optimize import brentq
 
-from twin.adaptive import Stepper
+from twin.adaptive import Point, Stepper
 from twin.audit import audit
 from twin.constants import FARADAY_C_mol
+from twin.equilibrium import Inventory, Window, window
 from twin.kernel import Backend
+from twin.limits import COLUMN
 from twin.mesh import Mesh
-from twin.pack import Pack, PackError
+from twin.pack import CellKind, Pack
 from twin.protocol import TOLERANCE_V
 from twin.simulate import DEFAULT_MESH
+from twin.solution import LithiumAudit
+from twin.step import OUTPUTS
 
 FloatArray = npt.NDArray[np.float64]
 
 PULSE_S = 10
-EDGE = 1e-9  # of stoichiometry: potentials are infinite at 0 and at 1
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -48,18 +51,22 @@ class Health:
     Attributes:
         capacity_C: charge between the cut-off voltages of the cells in equilibrium, at the
             reference temperature: the stoichiometries follow from the lithium and the active
-            material there are, so no discharge is simulated and no rate enters.
+            material there are, so no discharge is simulated and no rate enters. Unlike cells carry
+            the same charge from where each one is; the cut-offs are those of their mean, or an
+            electrode of one of them is full or empty before (`twin.equilibrium`).
         lithium_loss: share of the lithium in the particles that is no longer in active particles.
         negative_loss: share of the active material that is lost.
         positive_loss: likewise.
-        lost: the same lithium by mechanism.
+        lost: the same lithium by mechanism, of the mean cell where they are unlike.
         resistance_ohm: voltage drop over current, at once on a 1C discharge of the rested pack at
             half of the capacity it has, at the reference temperature; NaN if it cannot bear that.
         resistance_10s_ohm: the same after 10 s.
-        lithium_error: relative, of all lithium since the start of life; 0 but for rounding.
+        lithium_error: relative, of all lithium since the start of life; 0 but for rounding. This
+            and the next two are those of the kind of cell that is worst off.
         salt_change: relative, of the lithium in the electrolyte since the start of life. Its anions
             take part in nothing, so it shows the error of the steps in time.
         charge_error_C: drawn from one cell minus what its positive electrode took up, since then.
+        cells: each kind of cell, in the order of `Pack.cells`; none where all are alike.
     """
 
     capacity_C: float
@@ -72,52 +79,134 @@ class Health:
     lithium_error: float
     salt_change: float
     charge_error_C: float
+    cells: tuple["CellHealth", ...] = ()
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class CellHealth:
+    """One kind of cell in a pack of unlike ones.
+
+    Attributes:
+        health: of one place in the series by itself: its capacity is that between its own
+            cut-offs, its resistance that of the place at half of the capacity of the pack.
+        full_V: at rest where the pack is full; above the upper cut-off it is overcharged.
+        empty_V: at rest where the pack is empty; below the lower cut-off it is discharged too far.
+    """
+
+    health: Health
+    full_V: float
+    empty_V: float
 
 
 @dataclass(frozen=True, slots=True)
-class _Window:
-    """Stoichiometries of the rested cell at its cut-offs, and the charge between them [C]."""
+class _Kept:
+    """Lithium of one kind of cell, new and now [mol], and what follows from it.
 
-    negative: tuple[float, float]
-    positive: tuple[float, float]
-    charge_C: float
+    Attributes:
+        before: where it was.
+        now: where it is.
+        inventory: what is in its active particles now.
+        sites: what its active material could hold when new, negative and positive.
+        left: share of that which still takes part.
+        balance: of all of it.
+    """
+
+    before: dict[str, float]
+    now: dict[str, float]
+    inventory: Inventory
+    sites: tuple[float, float]
+    left: tuple[float, float]
+    balance: LithiumAudit
+
+    @property
+    def salt_change(self) -> float:
+        """Relative, of the lithium in the electrolyte."""
+        return self.now["electrolyte"] / self.before["electrolyte"] - 1
 
 
 class Examiner:
-    """Examines states of one pack (on one mesh); built once, since it holds functions.
-
-    PackError for a pack of unlike cells: each of them has a health of its own.
-    """
+    """Examines states of one pack (on one mesh); built once, since it holds functions."""
 
     def __init__(
         self, pack: Pack, *, mesh: Mesh = DEFAULT_MESH, backend: Backend = Backend.AUTO
     ) -> None:
         self._pack = pack
         self._stepper = Stepper(pack, pack.cell.reference_K, TOLERANCE_V, mesh, backend)
-        if len(self._stepper.kinds) > 1:
-            raise PackError("a pack of unlike cells is not examined as one: leave out weak_cell")
-        self._model, self._values = self._stepper.model.cell, self._stepper.kinds[0].values
+        self._kinds, self._model = self._stepper.kinds, self._stepper.model.cell
+        self._rate_A = pack.scale * pack.cell.nominal_capacity_C / 3600
+        self._shares = np.array([kind.count / pack.series for kind in self._kinds])
         x, y = ca.SX.sym("x"), ca.SX.sym("y")
         open_V = pack.cell.positive.ocp_V(y) - pack.cell.negative.ocp_V(x)
         self._open_circuit_V = ca.Function("open_circuit", [x, y], [open_V])
-        self.new = self._stepper.model.initial_state(self._stepper.kinds)
-        """(states,) of a cell at the start of life."""
+        self.new = self._stepper.model.initial_state(self._kinds)
+        """(states,) at the start of life."""
 
     def examine(self, state: FloatArray, net_charge_C: float) -> Health:
         """The pack in `state`, `net_charge_C` having been drawn from it since it was new."""
-        before, now = (self._model.lithium_mol(s, self._values) for s in (self.new, state))
-        balance = audit(
-            self._model, self._values, (self.new, state), net_charge_C / self._pack.parallel
+        states = self._stepper.model.states(state)
+        new = self._stepper.model.states(self.new)
+        each_C = net_charge_C / self._pack.parallel
+        kept = [
+            self._kept(kind, ends, each_C)
+            for kind, *ends in zip(self._kinds, new, states, strict=True)
+        ]
+        whole = self._window(kept, self._shares)
+        drops_V = self._drops_V(states, whole)
+        per_A = 1 / self._pack.parallel / self._rate_A
+        ohms = drops_V[0] * (self._pack.series / self._pack.parallel / self._rate_A)
+        pack = self._health(kept, self._shares, whole.charge_C, ohms)
+        if len(kept) == 1:
+            return pack
+        cells = [
+            self._cell_health(one, volts, drop_V * per_A)
+            for one, volts, drop_V in zip(kept, whole.voltage_V.tolist(), drops_V[1:], strict=True)
+        ]
+        return replace(pack, cells=tuple(cells))
+
+    def _kept(self, kind: CellKind, ends: Sequence[FloatArray], charge_C: float) -> _Kept:
+        """From the states (new, now) of one kind of cell, `charge_C` drawn between them."""
+        new, now = ends
+        before, after = (self._model.lithium_mol(s, kind.values) for s in ends)
+        return _Kept(
+            before=before,
+            now=after,
+            inventory=Inventory(
+                negative=after["negative"],
+                positive=after["positive"],
+                holds=self._sites_mol(kind, now),
+            ),
+            sites=self._sites_mol(kind, new),
+            left=(self._left("negative", now), self._left("positive", now)),
+            balance=audit(self._model, kind.values, (new, now), charge_C),
         )
+
+    def _window(self, kept: Sequence[_Kept], shares: FloatArray) -> Window:
+        cell = self._pack.cell
+        cut_offs_V = cell.lower_cut_off_V, cell.upper_cut_off_V
+
+        def open_circuit_V(x: float, y: float) -> float:
+            return float(self._open_circuit_V(x, y))
+
+        return window([k.inventory for k in kept], shares, open_circuit_V, cut_offs_V)
+
+    def _cell_health(self, one: _Kept, volts: Sequence[float], ohm: FloatArray) -> CellHealth:
+        alone = np.ones(1)
+        health = self._health([one], alone, self._window([one], alone).charge_C, ohm)
+        return CellHealth(health=health, full_V=volts[1], empty_V=volts[0])
+
+    def _health(
+        self, kept: Sequence[_Kept], shares: FloatArray, charge_C: float, ohms: FloatArray
+    ) -> Health:
+        """Of kinds that have `shares` of the series, with what is known of all of them together."""
+        before, now = (_mean(amounts, shares) for amounts in zip(*map(_ends, kept), strict=True))
         cyclable = [m["negative"] + m["positive"] for m in (before, now)]
-        window = self._window(state)
-        at_once, after_10_s = self._resistances(state, window)
+        lost = [1 - _left_of_all(kept, shares, electrode) for electrode in (0, 1)]
         gone = {k: self._as_charge(now[k] - before[k]) for k in now if k not in ALIVE}
         return Health(
-            capacity_C=window.charge_C * self._pack.parallel,
+            capacity_C=charge_C * self._pack.parallel,
             lithium_loss=1 - cyclable[1] / cyclable[0],
-            negative_loss=1 - self._left("negative", state),
-            positive_loss=1 - self._left("positive", state),
+            negative_loss=lost[0],
+            positive_loss=lost[1],
             lost=LostLithium(
                 sei_C=gone.get("sei", 0.0),
                 sei_on_cracks_C=gone.get("sei_on_cracks", 0.0),
@@ -125,11 +214,11 @@ class Examiner:
                 dead_C=gone.get("dead", 0.0),
                 trapped_C=sum(gone.get(f"trapped_{s}", 0.0) for s in ("negative", "positive")),
             ),
-            resistance_ohm=at_once,
-            resistance_10s_ohm=after_10_s,
-            lithium_error=balance.relative_error,
-            salt_change=now["electrolyte"] / before["electrolyte"] - 1,
-            charge_error_C=balance.charge_error_C,
+            resistance_ohm=float(ohms[0]),
+            resistance_10s_ohm=float(ohms[1]),
+            lithium_error=max((k.balance.relative_error for k in kept), key=abs),
+            salt_change=max((k.salt_change for k in kept), key=abs),
+            charge_error_C=max((k.balance.charge_error_C for k in kept), key=abs),
         )
 
     def _as_charge(self, mol: float) -> float:
@@ -142,9 +231,9 @@ class Examiner:
         weight = self._model.layout.layer(side).weight
         return float(weight @ state[self._model.layout.slice_of(f"left_{side[0]}")])
 
-    def _sites_mol(self, state: FloatArray) -> tuple[float, float]:
+    def _sites_mol(self, kind: CellKind, state: FloatArray) -> tuple[float, float]:
         """Lithium that the active material of one cell can hold, negative and positive."""
-        lithium = self._model.lithium_mol(self._filled(state, (1.0, 1.0)), self._values)
+        lithium = self._model.lithium_mol(self._filled(state, (1.0, 1.0)), kind.values)
         return lithium["negative"], lithium["positive"]
 
     def _filled(self, state: FloatArray, stoichiometry: tuple[float, float]) -> FloatArray:
@@ -156,58 +245,55 @@ class Examiner:
             modes[: layout.layer(side).size] = x
         return out
 
-    def _window(self, state: FloatArray) -> _Window:
-        """Where the lithium in the particles lies at the two cut-offs, every particle rested."""
-        lithium = self._model.lithium_mol(state, self._values)
-        inventory = lithium["negative"] + lithium["positive"]
-        holds = self._sites_mol(state)
-
-        def positive(x: float) -> float:
-            return (inventory - holds[0] * x) / holds[1]
-
-        low = max(EDGE, (inventory - holds[1] * (1 - EDGE)) / holds[0])
-        high = min(1 - EDGE, (inventory - holds[1] * EDGE) / holds[0])
-
-        def reaches(voltage_V: float) -> float:
-            def above_V(x: float) -> float:
-                return float(self._open_circuit_V(x, positive(x))) - voltage_V
-
-            if above_V(low) >= 0:  # an electrode is empty or full before the voltage is reached
-                return low
-            return high if above_V(high) <= 0 else float(brentq(above_V, low, high, xtol=1e-14))
-
-        ends = reaches(self._pack.cell.lower_cut_off_V), reaches(self._pack.cell.upper_cut_off_V)
-        return _Window(
-            negative=ends,
-            positive=(positive(ends[0]), positive(ends[1])),
-            charge_C=FARADAY_C_mol * holds[0] * (ends[1] - ends[0]),
-        )
-
-    def _resistances(self, state: FloatArray, window: _Window) -> tuple[float, float]:
-        """At once and after PULSE_S, of the pack [ohm]."""
-        rate_A = self._pack.scale * self._pack.cell.nominal_capacity_C / 3600
-        rest = self._stepper.jump(self._rested(state, window), 0.0, 0.0)
-        point = self._stepper.jump(rest.state, 0.0, rate_A)
-        drops = [rest.voltage_V - point.voltage_V]
+    def _drops_V(self, states: FloatArray, whole: Window) -> FloatArray:
+        """(1 or 1 + kinds, 2) of the mean cell, and of each kind: at once and after PULSE_S."""
+        rest = self._stepper.jump(self._rested(states, whole), 0.0, 0.0)
+        point = self._stepper.jump(rest.state, 0.0, self._rate_A)
+        drops_V = [_voltages(rest) - _voltages(point)]
         for _ in range(PULSE_S):
-            point = self._stepper.move(point.state, 1.0, rate_A)
-        drops.append(rest.voltage_V - point.voltage_V)
-        scale = self._pack.series / self._pack.parallel / rate_A
-        return drops[0] * scale, drops[1] * scale
+            point = self._stepper.move(point.state, 1.0, self._rate_A)
+        drops_V.append(_voltages(rest) - _voltages(point))
+        return np.stack(drops_V, axis=1)
 
-    def _rested(self, state: FloatArray, window: _Window) -> FloatArray:
-        """A cell that aged as `state` did, without gradients, in the middle of its capacity."""
-        layout, pack = self._model.layout, self._pack
-        new = self._model.initial_state(0.5, pack.cell.reference_K, self._values)
-        out = self._filled(new, (sum(window.negative) / 2, sum(window.positive) / 2))
+    def _rested(self, states: FloatArray, whole: Window) -> FloatArray:
+        """Cells that aged as `states` did, without gradients, in the middle of `whole`."""
+        middles = whole.negative.mean(axis=1), whole.positive.mean(axis=1)
+        parts = zip(self._kinds, states, *(m.tolist() for m in middles), strict=True)
+        return np.concatenate([self._at_rest(kind, s, x, y) for kind, s, x, y in parts])
+
+    def _at_rest(self, kind: CellKind, state: FloatArray, x: float, y: float) -> FloatArray:
+        """A cell that aged as `state` did, without gradients, at these stoichiometries."""
+        layout = self._model.layout
+        new = self._model.initial_state(0.5, self._pack.cell.reference_K, kind.values)
+        out = self._filled(new, (x, y))
         for name in layout.ageing_sizes():
             if name not in CURRENTS:
                 out[layout.slice_of(name)] = state[layout.slice_of(name)]
         content, uniform = (
-            self._model.lithium_mol(s, self._values)["electrolyte"] for s in (state, out)
+            self._model.lithium_mol(s, kind.values)["electrolyte"] for s in (state, out)
         )
         out[layout.slice_of("salt")] *= content / uniform
         return out
+
+
+def _ends(kept: _Kept) -> tuple[Mapping[str, float], Mapping[str, float]]:
+    return kept.before, kept.now
+
+
+def _mean(amounts: Sequence[Mapping[str, float]], shares: FloatArray) -> dict[str, float]:
+    """Of kinds of cells that have `shares` of the series."""
+    return {k: float(shares @ [a[k] for a in amounts]) for k in amounts[0]}
+
+
+def _left_of_all(kept: Sequence[_Kept], shares: FloatArray, electrode: int) -> float:
+    """Share of the active material of all kinds that still takes part."""
+    sites = shares * [k.sites[electrode] for k in kept]
+    return float(sites / sites.sum() @ [k.left[electrode] for k in kept])
+
+
+def _voltages(point: Point) -> FloatArray:
+    """(1 or 1 + kinds,) of the mean cell, and of each kind where there are several."""
+    return point.out.reshape(-1, len(OUTPUTS))[:, COLUMN["voltage_V"]]
 
 
 CURRENTS = ("total_n", "strip_n")

@@ -39,12 +39,14 @@ class CellKind:
     """Cells of a pack that are alike in every number.
 
     Attributes:
+        name: "others", or which weak cell: "cell 2", or "weak_cell" where its place is not known.
         values: the kernel's parameters, of one cell.
         initial_soc: state of charge at the start.
         initial_K: temperature at the start.
         count: how many places in the series they have.
     """
 
+    name: str
     values: dict[str, float]
     initial_soc: float
     initial_K: float
@@ -157,22 +159,31 @@ class Pack:
         """
         values = dict(numbers or self.numbers())
         soc, temperature_K = values.pop("initial_soc"), values.pop("initial_K")
-        weak = [
-            weak.at({p.name: values.pop(f"{prefix}.{p.name}") for p in weak.parameters})
+        weak = {
+            prefix: weak.at({p.name: values.pop(f"{prefix}.{p.name}") for p in weak.parameters})
             for prefix, weak in self._named_weak()
-        ]
+        }
         kinds = [
             CellKind(
+                name=f"cell {w.cell}" if w.cell else prefix,
                 values=w.changed(values, self.parallel),
                 initial_soc=soc + w.soc_offset,
                 initial_K=temperature_K,
                 count=1,
             )
-            for w in weak
+            for prefix, w in weak.items()
         ]
         if equal := self.series - len(weak):
-            first = CellKind(values=values, initial_soc=soc, initial_K=temperature_K, count=equal)
-            kinds.insert(0, first)
+            kinds.insert(
+                0,
+                CellKind(
+                    name="others",
+                    values=values,
+                    initial_soc=soc,
+                    initial_K=temperature_K,
+                    count=equal,
+                ),
+            )
         return tuple(kinds)
 
     def places(self) -> tuple[int, ...]:

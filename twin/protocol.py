@@ -210,6 +210,7 @@ def run(
     *,
     settings: Settings = AS_USUAL,
     state: FloatArray | None = None,
+    current_A: float = 0.0,
 ) -> ProtocolResult:
     """`steps` one after the other; the first that meets a limit is the last.
 
@@ -218,6 +219,8 @@ def run(
         steps: what is done with them.
         settings: surroundings and numerics.
         state: where another protocol of this pack on this mesh ended; None starts as the pack says.
+        current_A: of the pack, at `state`: a change from it is made in smaller ones where the whole
+            one cannot be solved.
 
     Raises:
         ProtocolError: a voltage to be held beyond the cut-offs of the cells.
@@ -227,7 +230,7 @@ def run(
     )
     start = stepper.model.initial_state(stepper.kinds) if state is None else state
     done: list[StepResult] = []
-    now = _Now(0.0, start, 0.0)
+    now = _Now(0.0, start, current_A / pack.parallel)
     for step in steps:
         if isinstance(step, FollowLoad):
             done.append(_follow(pack, step, now, settings))

@@ -6,6 +6,8 @@ from pathlib import Path
 
 import click
 
+from analyze.interrupt import held
+
 AnyFile = click.Path(exists=True, dir_okay=False, path_type=Path)
 
 
@@ -31,16 +33,10 @@ def numbers(above: float) -> Callable[[click.Context, click.Parameter, str | Non
 
 
 def shared(command: Callable[..., None]) -> Callable[..., None]:
-    """The options that say what is drawn from which pack, and where the results go."""
+    """The options that say what is drawn from which pack."""
     options = (
         click.option(
             "--pack", type=AnyFile, required=True, help="The pack, as pack.toml describes it."
-        ),
-        click.option(
-            "--out",
-            type=click.Path(path_type=Path),
-            required=True,
-            help="Folder of the results; what an earlier call left there is replaced.",
         ),
         click.option(
             "--between",
@@ -69,6 +65,12 @@ def shared(command: Callable[..., None]) -> Callable[..., None]:
     return command
 
 
+def out(what: str) -> Callable[[Callable[..., None]], Callable[..., None]]:
+    """The option that says where the results go, and `what` becomes of earlier ones there."""
+    kind = click.Path(path_type=Path)
+    return click.option("--out", type=kind, required=True, help=f"Folder of the results; {what}")
+
+
 @click.group(context_settings={"help_option_names": ["-h", "--help"]})
 @click.version_option(package_name="drone-battery-health", prog_name="twin")
 def main() -> None:
@@ -78,6 +80,7 @@ def main() -> None:
 @main.command()
 @click.argument("source", metavar="[LOG|LOAD.csv]", required=False, type=AnyFile)
 @shared
+@out("what an earlier call left there is replaced.")
 @click.option(
     "--ambient-c",
     metavar="NUMBERS",
@@ -113,20 +116,42 @@ def replay(**options: object) -> None:
     before is written), 2 if a file or an option cannot be used, 130 after Ctrl-C (the case at
     work is finished, and all are written).
     """
-    from analyze.workbench.replay import Request, run  # late: --help must not wait for them
 
-    _finish(lambda: run(Request(**options)))  # type: ignore[arg-type]
+    def command() -> int:
+        with held():
+            from analyze.workbench.replay import Request, run  # late: --help must not wait for them
+        return run(Request(**options))  # type: ignore[arg-type]
+
+    _finish(command)
 
 
 @main.command()
 @click.argument("source", metavar="LOG|PROFILE.csv", type=AnyFile)
 @shared
+@out("an earlier run there is gone on with (--resume), never replaced.")
 @click.option(
-    "--cycles", type=click.IntRange(min=1), required=True, help="How many, those done counted."
+    "--cycles",
+    type=click.IntRange(min=1),
+    metavar="N",
+    required=True,
+    help="How many in all; with --resume those of the earlier run are counted.",
 )
-@click.option("--repeat", is_flag=True, help="Repeat the load up to the cut-off in each cycle.")
+@click.option(
+    "--ambient-c",
+    metavar="NUMBERS",
+    callback=numbers(-100.0),
+    help="Temperatures, e.g. -10,0,25,40: one life each, in folders -10C, 0C, ... of --out; pack "
+    "and air begin with it.",
+)
+@click.option(
+    "--repeat",
+    is_flag=True,
+    help="Repeat the load in each cycle until the pack is at its lower cut-off, or one of its "
+    "cells is empty.",
+)
 @click.option(
     "--rest-s",
+    metavar="SECONDS",
     type=click.FloatRange(min=0.0),
     default=1800.0,
     show_default=True,
@@ -134,6 +159,7 @@ def replay(**options: object) -> None:
 )
 @click.option(
     "--charge-rate",
+    metavar="RATE",
     type=click.FloatRange(min=0.0, min_open=True),
     default=1.0,
     show_default=True,
@@ -141,6 +167,7 @@ def replay(**options: object) -> None:
 )
 @click.option(
     "--until-rate",
+    metavar="RATE",
     type=click.FloatRange(min=0.0, min_open=True),
     default=0.05,
     show_default=True,
@@ -158,21 +185,25 @@ def replay(**options: object) -> None:
 def age(**options: object) -> None:
     """Repeat a flight, a rest, a charge and a rest, and write what becomes of the pack.
 
-    LOG or PROFILE.csv is the load, as for `twin replay`; --repeat flies it again and again until
-    the lower cut-off. Cycle 0 is the first charge, from the start that the pack file or the log
-    tells, so that every flight begins full. The effects that age a pack are those of `physics` in
-    the pack file.
+    LOG or PROFILE.csv is the load of one flight, as for `twin replay`. Cycle 0 is the first charge,
+    from the start that the pack file or the log tells, so that every flight begins full. The pack
+    file says what ages, e.g. physics = ["self_heating", "sei", "plating"] under [twin].
 
     Writes ageing.csv and ageing.parquet (a row a cycle), ageing.svg, and ageing.checkpoint.json,
-    from which --resume goes on; the tables and the checkpoint every few seconds.
+    from which --resume goes on; the tables and the checkpoint every few seconds. Where the pack
+    file has a weak_cell, cells.csv and cells.parquet tell the same of each kind of cell.
 
     The exit code is 0 if all cycles were done, or the capacity of --stop-at-capacity was reached;
     1 if a cycle could not be completed (all before is written); 2 if a file or an option cannot be
     used; 130 after Ctrl-C (the cycle at work is finished, and all are written).
     """
-    from analyze.workbench.age import Request, run  # late: --help must not wait for them
 
-    _finish(lambda: run(Request(**options)))  # type: ignore[arg-type]
+    def command() -> int:
+        with held():
+            from analyze.workbench.age import Request, run  # late: --help must not wait for them
+        return run(Request(**options))  # type: ignore[arg-type]
+
+    _finish(command)
 
 
 def _finish(command: Callable[[], int]) -> None:

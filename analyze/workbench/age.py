@@ -2,33 +2,42 @@
 
 import time
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import islice
-from pathlib import Path
 
 import click
 
 from analyze.checks import WrongUse, checked_pack, make_writable
-from analyze.columns import as_csv, as_parquet
+from analyze.columns import Columns, as_csv, as_parquet
+from analyze.interrupt import Asked, asked_to_stop
+from analyze.pack_choice import PackChoice
 from analyze.version import version
-from analyze.workbench.ageing_table import HEADER, ageing_columns, rows
+from analyze.workbench.ageing_table import (
+    CELLS_HEADER,
+    HEADER,
+    ageing_columns,
+    cell_columns,
+    cell_rows,
+    rows,
+)
 from analyze.workbench.checkpoint import Checkpoint, CheckpointError, from_text, to_text
 from analyze.workbench.drawn import (
     Ask,
     Drawn,
+    in_air,
     load_sha256,
     pack_lines,
     pack_sha256,
     read_drawn,
     refusing,
 )
-from analyze.workbench.interrupt import asked_to_stop
 from analyze.workbench.listing import print_table
 from analyze.workbench.plots import ageing_svg
 from analyze.workbench.watch import watching
 from reports.quantity import fixed
 from twin.ageing import Aged, Cycle, Regime, age
 from twin.effects import AGEING
+from twin.pack import CellKind
 from twin.solution import Status
 from twin.whole_file import write_whole
 
@@ -52,17 +61,48 @@ class Request(Ask):
     until_rate: float
     stop_at_capacity: float | None
     resume: bool
+    ambient_c: tuple[float, ...] | None = None
 
 
 @dataclass(slots=True)
 class _Life:
-    """The run so far; `last` is the pack after the last whole cycle."""
+    """A run so far.
 
+    Attributes:
+        request: what was asked for, with the folder of its files.
+        drawn: load and pack.
+        regime: of each cycle.
+        identity: what run it is.
+        cycles: that were done, the last of them perhaps in part.
+        last: the pack after the last whole one.
+        saved_s: when it was written, on a clock of its own.
+    """
+
+    request: Request
+    drawn: Drawn
+    regime: Regime
     identity: Mapping[str, str]
-    out: Path
     cycles: list[Cycle]
     last: Aged | None
     saved_s: float = 0.0
+
+    @property
+    def done(self) -> int:
+        """Whole cycles."""
+        return self.last.cycle.number if self.last else 0
+
+    @property
+    def unlike(self) -> tuple[CellKind, ...]:
+        """The kinds of cells if there is something to say of each; else none."""
+        kinds = self.drawn.pack.cells()
+        return kinds if len(kinds) > 1 else ()
+
+    def faded(self) -> bool:
+        """The capacity has fallen below what was asked for."""
+        if self.request.stop_at_capacity is None or not self.cycles:
+            return False
+        first, last = (self.cycles[k].health.capacity_C for k in (0, -1))
+        return last < self.request.stop_at_capacity * first
 
     def add(self, aged: Aged) -> None:
         """One more cycle; written if the last time was a while ago."""
@@ -74,14 +114,24 @@ class _Life:
 
     def save(self) -> None:
         """Tables, then the checkpoint; each whole."""
-        columns = ageing_columns(self.cycles)
-        write_whole(self.out / "ageing.csv", as_csv(columns))
-        write_whole(self.out / "ageing.parquet", as_parquet(columns))
+        self._write("ageing", ageing_columns(self.cycles))
+        if self.unlike:
+            self._write("cells", cell_columns(self.cycles, self.unlike))
         if self.last is not None:
             whole = tuple(c for c in self.cycles if c.status is Status.DONE)
             checkpoint = Checkpoint(identity=self.identity, cycles=whole, last=self.last)
-            write_whole(self.out / CHECKPOINT, to_text(checkpoint))
+            write_whole(self.request.out / CHECKPOINT, to_text(checkpoint))
         self.saved_s = time.monotonic()
+
+    def _write(self, name: str, columns: Columns) -> None:
+        write_whole(self.request.out / f"{name}.csv", as_csv(columns))
+        write_whole(self.request.out / f"{name}.parquet", as_parquet(columns))
+
+    def draw(self) -> None:
+        """The picture."""
+        names = [kind.name for kind in self.unlike]
+        picture = ageing_svg(self.cycles, names, repeated=self.request.repeat)
+        write_whole(self.request.out / "ageing.svg", picture)
 
 
 def run(request: Request) -> int:
@@ -89,84 +139,118 @@ def run(request: Request) -> int:
     choice = checked_pack(request.pack)
     with refusing():
         drawn = read_drawn(request, choice)
-        regime = Regime(
-            load=drawn.load,
-            repeat=request.repeat,
-            rest_s=request.rest_s,
-            charge_rate=request.charge_rate,
-            until_rate=request.until_rate,
+        if not drawn.pack.ages:
+            raise WrongUse(_nothing_ages(drawn))
+        lives = [_begun(asked, each, choice) for asked, each in _cases(request, drawn)]
+    for life in lives:
+        make_writable(life.request.out)
+    for text in drawn.doubts:
+        click.echo(f"doubtful {text}", err=True)
+    codes = []
+    with asked_to_stop("cycle") as stop, refusing():
+        for life in lives:
+            codes.append(_run(life, choice, stop))
+            if stop() and len(codes) < len(lives):
+                click.echo(f"{len(codes)} of {len(lives)} temperatures were begun.", err=True)
+                return 130
+    return max(codes)
+
+
+def _cases(request: Request, drawn: Drawn) -> list[tuple[Request, Drawn]]:
+    """One, or one for each temperature in a folder of its own."""
+    out = []
+    for celsius in dict.fromkeys(request.ambient_c or ()):
+        pack, load = in_air(celsius, drawn.pack, drawn.load)
+        use = replace(
+            drawn.use,
+            initial_K=pack.initial_K,
+            ambient_K=load.ambient_K,
+            origins={**drawn.use.origins, "initial_K": "--ambient-c", "ambient_K": "--ambient-c"},
         )
-    if not drawn.pack.ages:
-        raise WrongUse(_nothing_ages(drawn))
-    if len(drawn.pack.cells()) > 1:
-        raise WrongUse("the cells of this pack age unlike each other: leave out weak_cell")
-    make_writable(request.out)
+        asked = replace(request, out=request.out / f"{celsius:g}C")
+        out.append((asked, replace(drawn, pack=pack, load=load, use=use)))
+    return out or [(request, drawn)]
+
+
+def _begun(request: Request, drawn: Drawn, choice: PackChoice) -> _Life:
+    """A new life, or the one in the folder."""
+    regime = Regime(
+        load=drawn.load,
+        repeat=request.repeat,
+        rest_s=request.rest_s,
+        charge_rate=request.charge_rate,
+        until_rate=request.until_rate,
+    )
     identity = {
         "pack": pack_sha256(choice, drawn.use),
         "load": load_sha256(drawn.load),
         "protocol": _in_words(regime),
         "version": version(),
     }
-    life = _begun(request, identity)
-    click.echo(f"load     {drawn.name}: {_load_words(drawn)}\n{pack_lines(drawn.use)}")
-    if choice.cell != OKANE_CELL:
-        click.echo(ASSUMED)
-    for text in drawn.doubts:
-        click.echo(f"doubtful {text}", err=True)
-    if life.last is not None:
-        click.echo(f"going on after cycle {life.last.cycle.number}")
-    with refusing():
-        interrupted = _live(request, drawn, regime, life)
-        life.save()
-        picture = ageing_svg(life.cycles, repeated=request.repeat)
-        write_whole(request.out / "ageing.svg", picture)
-    return _tell(request, life, interrupted=interrupted)
+    found = _found(request, identity)
+    return _Life(
+        request=request,
+        drawn=drawn,
+        regime=regime,
+        identity=identity,
+        cycles=list(found.cycles) if found else [],
+        last=found.last if found else None,
+    )
 
 
-def _live(request: Request, drawn: Drawn, regime: Regime, life: _Life) -> bool:
-    """Cycles until enough, or the end of it; True if a person interrupted it."""
-    done = life.last.cycle.number if life.last else -1
-    if _faded(request, life):
-        return False
-    left = islice(age(drawn.pack, regime, after=life.last), max(request.cycles - done, 0))
-    with (
-        asked_to_stop("cycle") as stop,
-        watching(request.cycles, "cycles", done=max(done, 0)) as tell,
-    ):
-        for aged in left:
-            life.add(aged)
-            tell(aged.cycle.number, _capacity_words(life))
-            if _faded(request, life):
-                break
-            if stop() and aged is life.last and aged.cycle.number < request.cycles:
-                return True
-    return False
-
-
-def _begun(request: Request, identity: Mapping[str, str]) -> _Life:
-    """A new life, or the one in the folder."""
+def _found(request: Request, identity: Mapping[str, str]) -> Checkpoint | None:
+    """The run in the folder; WrongUse if there is one that is not to be gone on with."""
     file = request.out / CHECKPOINT
     shown = click.format_filename(file)
     if not file.exists():
-        return _Life(identity=identity, out=request.out, cycles=[], last=None)
+        return None
     if not request.resume:
         raise WrongUse(
             f"{shown} is there from an earlier run: --resume goes on with it; to begin anew "
             "remove it, or choose another --out"
         )
     try:
-        found = from_text(file.read_text(encoding="utf-8"), identity, name=shown)
+        return from_text(file.read_text(encoding="utf-8"), identity, name=shown)
     except (CheckpointError, OSError, UnicodeDecodeError) as e:
         raise WrongUse(str(e)) from e
-    return _Life(identity=identity, out=request.out, cycles=list(found.cycles), last=found.last)
 
 
-def _faded(request: Request, life: _Life) -> bool:
-    """The capacity has fallen below what was asked for."""
-    if request.stop_at_capacity is None or not life.cycles:
+def _run(life: _Life, choice: PackChoice, stop: Asked) -> int:
+    """One life; the exit code."""
+    _announce(life, choice)
+    interrupted = _live(life, stop)
+    life.save()
+    life.draw()
+    _tell(life)
+    return _ended(life, interrupted=interrupted)
+
+
+def _announce(life: _Life, choice: PackChoice) -> None:
+    """What is about to be done, and what it rests on."""
+    drawn = life.drawn
+    click.echo(f"load     {drawn.name}: {_load_words(drawn)}\n{pack_lines(drawn.use)}")
+    if choice.cell != OKANE_CELL:
+        click.echo(ASSUMED)
+    if life.last is not None:
+        click.echo(f"going on after cycle {life.done}")
+
+
+def _live(life: _Life, stop: Asked) -> bool:
+    """Cycles until enough, or the end of it; True if a person interrupted it."""
+    if life.faded():
         return False
-    first, last = (life.cycles[k].health.capacity_C for k in (0, -1))
-    return last < request.stop_at_capacity * first
+    wanted = life.request.cycles
+    left = wanted - life.done if life.last else wanted + 1  # the first charge is one more
+    cycles = islice(age(life.drawn.pack, life.regime, after=life.last), max(left, 0))
+    with watching(wanted, "cycles", done=life.done) as tell:
+        for aged in cycles:
+            life.add(aged)
+            tell(aged.cycle.number, _capacity_words(life))
+            if life.faded():
+                break
+            if stop() and aged is life.last and aged.cycle.number < wanted:
+                return True
+    return False
 
 
 def _nothing_ages(drawn: Drawn) -> str:
@@ -196,13 +280,21 @@ def _capacity_words(life: _Life) -> str:
     return f"{last / 3600:.3f} Ah, {100 * last / first:.1f} %"
 
 
-def _tell(request: Request, life: _Life, *, interrupted: bool) -> int:
-    """What came of it; the exit code."""
-    where = click.format_filename(request.out)
+def _tell(life: _Life) -> None:
+    """What came of it."""
+    tables = "ageing.csv, ageing.parquet"
     print_table(HEADER, rows(life.cycles))
-    last = life.cycles[-1]
-    click.echo(_lithium_words(last))
-    click.echo(f"written to {where}: ageing.csv, ageing.parquet, ageing.svg, {CHECKPOINT}")
+    if life.unlike:
+        tables += ", cells.csv, cells.parquet"
+        print_table(CELLS_HEADER, cell_rows(life.cycles, life.unlike))
+    click.echo(_lithium_words(life.cycles[-1]))
+    where = click.format_filename(life.request.out)
+    click.echo(f"written to {where}: {tables}, ageing.svg, {CHECKPOINT}")
+
+
+def _ended(life: _Life, *, interrupted: bool) -> int:
+    """Why it ended; the exit code."""
+    request, last = life.request, life.cycles[-1]
     if interrupted:
         click.echo(
             f"Interrupted after {last.number} of {request.cycles} cycles. The same command with "
@@ -218,7 +310,7 @@ def _tell(request: Request, life: _Life, *, interrupted: bool) -> int:
             err=True,
         )
         return 1
-    if _faded(request, life):
+    if life.faded():
         click.echo(f"Capacity below {100 * (request.stop_at_capacity or 0):g} %: stopped.")
     return 0
 

@@ -9,26 +9,39 @@ from analyze.columns import Columns, measured
 from reports.quantity import fixed
 from twin.ageing import Cycle
 from twin.constants import ZERO_CELSIUS_K
+from twin.health import Health
+from twin.pack import CellKind
 
 SHOWN = 12  # rows on the terminal, and the last
 
 
 def ageing_columns(cycles: Sequence[Cycle]) -> Columns:
     """One row a cycle; empty where there is no value."""
-    fields: dict[str, list[float]] = {name: [] for name in _numbers(cycles[0])}
-    for cycle in cycles:
-        for name, value in _numbers(cycle).items():
-            fields[name].append(value)
     words = {
         "cycle": pa.array([c.number for c in cycles]),
         "status": pa.array([c.status.name.lower() for c in cycles]),
         "stopped_in": pa.array([c.stopped_in for c in cycles]),
     }
-    return words | {name: measured(np.array(values)) for name, values in fields.items()}
+    return {**words, **_columns([_numbers(c) for c in cycles])}
+
+
+def cell_columns(cycles: Sequence[Cycle], kinds: Sequence[CellKind]) -> Columns:
+    """One row a cycle and kind of cell, for a pack of unlike cells."""
+    words = {
+        "cycle": pa.array([c.number for c in cycles for _ in kinds]),
+        "kind": pa.array([kind.name for _ in cycles for kind in kinds]),
+        "cells": pa.array([kind.count for _ in cycles for kind in kinds]),
+    }
+    found = [cell for c in cycles for cell in c.health.cells]
+    rows = [{"full_v": c.full_V, "empty_v": c.empty_V, **_health(c.health)} for c in found]
+    return {**words, **_columns(rows)}
+
+
+def _columns(rows: Sequence[Mapping[str, float]]) -> Columns:
+    return {name: measured(np.array([row[name] for row in rows])) for name in rows[0]}
 
 
 def _numbers(cycle: Cycle) -> Mapping[str, float]:
-    health, lost = cycle.health, cycle.health.lost
     return {
         "time_h": cycle.time_s / 3600,
         "flown_s": cycle.flown_s,
@@ -38,6 +51,13 @@ def _numbers(cycle: Cycle) -> Mapping[str, float]:
         "min_v": cycle.min_V,
         "max_temperature_c": cycle.max_K - ZERO_CELSIUS_K,
         "charged_ah": cycle.charged_C / 3600,
+        **_health(cycle.health),
+    }
+
+
+def _health(health: Health) -> Mapping[str, float]:
+    lost = health.lost
+    return {
         "capacity_ah": health.capacity_C / 3600,
         "lli_percent": 100 * health.lithium_loss,
         "lam_negative_percent": 100 * health.negative_loss,
@@ -73,11 +93,32 @@ def rows(cycles: Sequence[Cycle]) -> Iterator[tuple[str, ...]]:
             fixed(cycle.energy_J / 3600 if flown else None, 2),
             fixed(cycle.end_V, 3),
             fixed(cycle.max_K - ZERO_CELSIUS_K, 1),
-            fixed(health.capacity_C / 3600, 4),
-            fixed(100 * health.capacity_C / cycles[0].health.capacity_C, 2),
-            fixed(100 * health.lithium_loss, 3),
-            fixed(100 * health.negative_loss, 3),
-            fixed(100 * health.positive_loss, 3),
-            fixed(1000 * health.resistance_ohm, 2),
-            fixed(1000 * health.resistance_10s_ohm, 2),
+            *_shown(health, cycles[0].health),
         )
+
+
+CELLS_HEADER = (
+    "cell", "like it", "full V", "empty V", "capacity Ah", "%", "LLI %", "LAM- %", "LAM+ %", "R mΩ",
+    "R 10 s mΩ",
+)  # fmt: skip
+
+
+def cell_rows(cycles: Sequence[Cycle], kinds: Sequence[CellKind]) -> Iterator[tuple[str, ...]]:
+    """Each kind of cell after the last cycle, in the order of CELLS_HEADER."""
+    first, last = cycles[0].health.cells, cycles[-1].health.cells
+    for kind, before, now in zip(kinds, first, last, strict=True):
+        volts = fixed(now.full_V, 3), fixed(now.empty_V, 3)
+        yield (kind.name, str(kind.count), *volts, *_shown(now.health, before.health))
+
+
+def _shown(health: Health, first: Health) -> tuple[str, ...]:
+    """What both tables show of it."""
+    return (
+        fixed(health.capacity_C / 3600, 4),
+        fixed(100 * health.capacity_C / first.capacity_C, 2),
+        fixed(100 * health.lithium_loss, 3),
+        fixed(100 * health.negative_loss, 3),
+        fixed(100 * health.positive_loss, 3),
+        fixed(1000 * health.resistance_ohm, 2),
+        fixed(1000 * health.resistance_10s_ohm, 2),
+    )

@@ -9,7 +9,7 @@ import numpy.typing as npt
 import pyarrow as pa
 
 from analyze.columns import Columns, measured, replay_columns
-from analyze.workbench.drawn import Drawn
+from analyze.workbench.drawn import Drawn, in_air
 from reports.quantity import fixed, significant
 from twin.constants import ZERO_CELSIUS_K
 from twin.load import Between, Load
@@ -100,7 +100,7 @@ def load_cases(
     """
     out = []
     for celsius, scale in product(ambient_C or (None,), scales or (1.0,)):
-        pack, load = _at(celsius, drawn.pack, drawn.load)
+        pack, load = in_air(celsius, drawn.pack, drawn.load)
         out.append(
             Case(
                 name=_name(celsius, f"x {scale:g}" if scales else "") or drawn.name,
@@ -128,7 +128,7 @@ def rate_cases(
             between=Between.HOLD,
             ambient_K=ambient_K,
         )
-        at, load = _at(celsius, pack, load)
+        at, load = in_air(celsius, pack, load)
         out.append(
             Case(
                 name=_name(celsius, f"{rate:g}C"),
@@ -140,14 +140,6 @@ def rate_cases(
             )
         )
     return tuple(out)
-
-
-def _at(celsius: float | None, pack: Pack, load: Load) -> tuple[Pack, Load]:
-    """Pack and air at a temperature; as they are if none is given."""
-    if celsius is None:
-        return pack, load
-    kelvin = celsius + ZERO_CELSIUS_K
-    return replace(pack, initial_K=kelvin), replace(load, ambient_K=kelvin)
 
 
 def _name(celsius: float | None, other: str) -> str:

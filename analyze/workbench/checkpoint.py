@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from twin.ageing import Aged, Cycle
-from twin.health import Health, LostLithium
+from twin.health import CellHealth, Health, LostLithium
 from twin.solution import Status
 
 
@@ -36,10 +36,9 @@ class Checkpoint:
 
 def to_text(checkpoint: Checkpoint) -> str:
     """The content of a file."""
-    rows = [asdict(c) | {"status": c.status.name} for c in checkpoint.cycles]
     document = {
         "identity": dict(checkpoint.identity),
-        "cycles": rows,
+        "cycles": [_row(c) for c in checkpoint.cycles],
         "state": checkpoint.last.state.tolist(),
         "net_charge_C": checkpoint.last.net_charge_C,
     }
@@ -71,11 +70,27 @@ def from_text(text: str, identity: Mapping[str, str], *, name: str) -> Checkpoin
     return Checkpoint(identity=theirs, cycles=cycles, last=last)
 
 
+def _row(cycle: Cycle) -> dict[str, Any]:
+    return asdict(cycle) | {"status": cycle.status.name, "health": _health_row(cycle.health)}
+
+
+def _health_row(health: Health) -> dict[str, Any]:
+    """Without `cells` where all are alike."""
+    row = asdict(health)
+    del row["cells"]
+    if not health.cells:
+        return row
+    cells = [asdict(c) | {"health": _health_row(c.health)} for c in health.cells]
+    return row | {"cells": cells}
+
+
 def _cycle(row: dict[str, Any]) -> Cycle:
-    health = dict(row["health"])
-    lost = LostLithium(**health.pop("lost"))
-    known = {"status": Status[row["status"]], "health": Health(**health, lost=lost)}
-    return Cycle(**(row | known))
+    return Cycle(**(row | {"status": Status[row["status"]], "health": _health(row["health"])}))
+
+
+def _health(row: dict[str, Any]) -> Health:
+    cells = [CellHealth(**(c | {"health": _health(c["health"])})) for c in row.get("cells", ())]
+    return Health(**(row | {"lost": LostLithium(**row["lost"]), "cells": tuple(cells)}))
 
 
 def _both(theirs: Mapping[str, str], ours: Mapping[str, str], differing: list[str]) -> str:

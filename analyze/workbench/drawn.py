@@ -22,6 +22,7 @@ from flightlogs.errors import LogError
 from reports.flight import PackUse
 from reports.quantity import ampere_hours, celsius, fixed
 from twin.bpx_file import CellError
+from twin.constants import ZERO_CELSIUS_K
 from twin.load import Between, Load, LoadError
 from twin.load_csv import read_load_csv
 from twin.pack import Pack, PackError
@@ -141,6 +142,14 @@ def _refined(drawn: Drawn) -> Drawn:
     voltage, judged = np.full(fine.time_s.shape, np.nan), np.zeros(fine.time_s.shape, dtype=bool)
     voltage[where], judged[where] = drawn.recorded_V, drawn.judged
     return replace(drawn, load=fine, recorded_V=voltage, judged=judged)
+
+
+def in_air(celsius: float | None, pack: Pack, load: Load) -> tuple[Pack, Load]:
+    """Pack and air at a temperature; as they are if none is given."""
+    if celsius is None:
+        return pack, load
+    kelvin = celsius + ZERO_CELSIUS_K
+    return replace(pack, initial_K=kelvin), replace(load, ambient_K=kelvin)
 
 
 def load_sha256(load: Load) -> str:

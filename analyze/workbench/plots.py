@@ -87,30 +87,15 @@ def _names(canvas: Figure, ax: "Axes") -> None:
         canvas.legend(handles=ax.get_lines(), loc="outside right upper", frameon=False, fontsize=8)
 
 
-def ageing_svg(cycles: Sequence[Cycle], *, repeated: bool) -> str:
+def ageing_svg(cycles: Sequence[Cycle], kinds: Sequence[str], *, repeated: bool) -> str:
     """Capacity, losses, lithium by mechanism, and resistance over cycles.
 
     What a flight draws is shown beside the capacity if flights are `repeated` to the cut-off;
-    else it is the load's, and the same for all.
+    else it is the load's, and the same for all. Of unlike cells each of `kinds` has a capacity.
     """
     n = [c.number for c in cycles]
     canvas, (capacity, loss, lithium, resistance) = panels((2.4, 2.0, 2.2, 1.8))
-    held = np.array([c.health.capacity_C for c in cycles])
-    capacity.plot(n, held / 3600, color=SIMULATED, label="in equilibrium, cut-off to cut-off")
-    if repeated:
-        flown = np.array([np.nan if c.number == 0 else c.drawn_C for c in cycles])
-        capacity.plot(n, flown / 3600, color=COMMANDED, label="drawn in flight")
-    capacity.set_ylabel("charge [Ah]")
-    percent_per_ah = 100 * 3600 / held[0]
-    share = capacity.secondary_yaxis(
-        "right",
-        functions=(
-            lambda ah: np.multiply(ah, percent_per_ah),
-            lambda pc: np.divide(pc, percent_per_ah),
-        ),
-    )
-    share.set_ylabel("of the first capacity [%]", fontsize=9)
-    share.tick_params(labelsize=9)
+    _draw_capacity(capacity, cycles, kinds, repeated=repeated)
     for name, label, colour in (
         ("lithium_loss", "lithium (LLI)", "#0072b2"),
         ("negative_loss", "active material, negative", "#d55e00"),
@@ -118,14 +103,7 @@ def ageing_svg(cycles: Sequence[Cycle], *, repeated: bool) -> str:
     ):
         loss.plot(n, [100 * getattr(c.health, name) for c in cycles], color=colour, label=label)
     loss.set_ylabel("lost [%]")
-    amounts = {f: [getattr(c.health.lost, f) / 3.6 for c in cycles] for f in MECHANISMS}
-    lithium.stackplot(
-        n,
-        *amounts.values(),
-        labels=[name for name, _ in MECHANISMS.values()],
-        colors=[colour for _, colour in MECHANISMS.values()],
-    )
-    lithium.set_ylabel("lithium lost [mAh]")
+    _draw_lithium(lithium, cycles)
     for name, label, colour in (
         ("resistance_ohm", "at once", "#0072b2"),
         ("resistance_10s_ohm", "after 10 s", "#e69f00"),
@@ -136,7 +114,45 @@ def ageing_svg(cycles: Sequence[Cycle], *, repeated: bool) -> str:
     resistance.set_xlabel("cycle")
     for ax in (capacity, loss, resistance):
         legend(ax)
-    lithium.legend(
+    return to_file(canvas)
+
+
+def _draw_capacity(
+    ax: "Axes", cycles: Sequence[Cycle], kinds: Sequence[str], *, repeated: bool
+) -> None:
+    n = [c.number for c in cycles]
+    held = np.array([c.health.capacity_C for c in cycles])
+    ax.plot(n, held / 3600, color=SIMULATED, label="in equilibrium, cut-off to cut-off")
+    if cycles[0].health.cells:
+        each = np.array([[k.health.capacity_C for k in c.health.cells] for c in cycles])
+        for name, line, dash in zip(kinds, each.T / 3600, cycle(DASHES[1:]), strict=False):
+            ax.plot(n, line, color=SIMULATED, linestyle=dash, label=f"{name} alone")
+    if repeated:
+        flown = np.array([np.nan if c.number == 0 else c.drawn_C for c in cycles])
+        ax.plot(n, flown / 3600, color=COMMANDED, label="drawn in flight")
+    ax.set_ylabel("charge [Ah]")
+    percent_per_ah = 100 * 3600 / held[0]
+    share = ax.secondary_yaxis(
+        "right",
+        functions=(
+            lambda ah: np.multiply(ah, percent_per_ah),
+            lambda pc: np.divide(pc, percent_per_ah),
+        ),
+    )
+    share.set_ylabel("of the first capacity [%]", fontsize=9)
+    share.tick_params(labelsize=9)
+
+
+def _draw_lithium(ax: "Axes", cycles: Sequence[Cycle]) -> None:
+    amounts = {f: [getattr(c.health.lost, f) / 3.6 for c in cycles] for f in MECHANISMS}
+    ax.stackplot(
+        [c.number for c in cycles],
+        *amounts.values(),
+        labels=[name for name, _ in MECHANISMS.values()],
+        colors=[colour for _, colour in MECHANISMS.values()],
+    )
+    ax.set_ylabel("lithium lost [mAh]")
+    ax.legend(
         loc="lower right",
         bbox_to_anchor=(1.0, 1.0),
         ncols=len(MECHANISMS),
@@ -144,4 +160,3 @@ def ageing_svg(cycles: Sequence[Cycle], *, repeated: bool) -> str:
         borderaxespad=0.1,
         fontsize=9,
     )
-    return to_file(canvas)

@@ -8,6 +8,7 @@ import click
 
 from analyze.checks import WrongUse, checked_pack, make_writable
 from analyze.columns import as_csv, as_parquet
+from analyze.interrupt import asked_to_stop
 from analyze.pack_choice import PackChoice
 from analyze.workbench.cases import (
     HEADER,
@@ -21,7 +22,6 @@ from analyze.workbench.cases import (
     summary_rows,
 )
 from analyze.workbench.drawn import Ask, pack_alone, pack_lines, read_drawn, refusing
-from analyze.workbench.interrupt import asked_to_stop
 from analyze.workbench.listing import print_table
 from analyze.workbench.plots import replay_svg
 from analyze.workbench.watch import watching

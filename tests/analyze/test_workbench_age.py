@@ -21,6 +21,9 @@ from twin.ageing import age
 ROOT = Path(__file__).parents[2]
 SAMPLES = ROOT / "sample_logs"
 PATIENCE_S = 300.0  # a compiler and other tests may have the machine
+UNLIKE = AGEING.replace('"sei"', '"sei", "weak_cell"') + (
+    "[effects.weak_cell]\ncell = 2\ncapacity_factor = 0.9\nsoc_offset = -0.05\n"
+)
 FILES = {"ageing.csv", "ageing.parquet", "ageing.svg", "ageing.checkpoint.json"}
 
 
@@ -36,8 +39,8 @@ def call(folder: Path, *more: str, **how: str) -> Result:
     return CliRunner().invoke(main, arguments(folder, *more, **how))
 
 
-def table(folder: Path, out: str = "out") -> list[dict[str, str]]:
-    with (folder / out / "ageing.csv").open(encoding="utf-8", newline="") as stream:
+def table(folder: Path, out: str = "out", name: str = "ageing") -> list[dict[str, str]]:
+    with (folder / out / f"{name}.csv").open(encoding="utf-8", newline="") as stream:
         return list(csv.DictReader(stream))
 
 
@@ -66,6 +69,70 @@ def test_going_on_gives_the_bytes_of_a_run_that_never_stopped(tmp_path: Path) ->
     for name in FILES:
         whole, parts = ((tmp_path / out / name).read_bytes() for out in ("whole", "out"))
         assert whole == parts, name
+
+
+def test_unlike_cells_have_a_table_of_their_own(tmp_path: Path) -> None:
+    assert call(tmp_path, "--cycles", "2", out="whole", pack=UNLIKE).exit_code == 0
+    assert call(tmp_path, "--cycles", "1", pack=UNLIKE).exit_code == 0
+    result = call(tmp_path, "--cycles", "2", "--resume", pack=UNLIKE)
+    assert result.exit_code == 0, result.output
+    made = {p.name for p in (tmp_path / "out").iterdir()}
+    assert made == FILES | {"cells.csv", "cells.parquet"}
+    for name in made:
+        whole, parts = ((tmp_path / out / name).read_bytes() for out in ("whole", "out"))
+        assert whole == parts, name
+    rows = table(tmp_path, name="cells")
+    assert [(r["cycle"], r["kind"], r["cells"]) for r in rows[2:4]] == [
+        ("1", "others", "3"), ("1", "cell 2", "1"),
+    ]  # fmt: skip
+    pack, (others, weak) = table(tmp_path)[-1], rows[-2:]
+    assert len(rows) == 6
+    assert float(weak["full_v"]) < 4.2 < float(others["full_v"])
+    assert float(pack["capacity_ah"]) < float(weak["capacity_ah"]) < float(others["capacity_ah"])
+    assert float(pack["sei_ah"]) == pytest.approx(
+        (3 * float(others["sei_ah"]) + float(weak["sei_ah"])) / 4
+    )
+    for said in ("cell 2", "cells.csv"):
+        assert said in result.output
+    picture = (tmp_path / "out" / "ageing.svg").read_text(encoding="utf-8")
+    assert all(f">{name} alone</text>" in picture for name in ("others", "cell 2"))
+
+
+def test_a_temperature_list_is_a_life_each_as_if_asked_for_alone(tmp_path: Path) -> None:
+    result = call(tmp_path, "--cycles", "1", "--ambient-c", "40,-5")
+    assert result.exit_code == 0, result.output
+    assert {p.name for p in (tmp_path / "out").iterdir()} == {"40C", "-5C"}
+    warm, cold = (table(tmp_path, f"out/{name}")[-1] for name in ("40C", "-5C"))
+    assert float(warm["min_v"]) > float(cold["min_v"]) + 0.3
+    assert float(warm["sei_ah"]) > 2 * float(cold["sei_ah"])
+    told = AGEING + "[environment]\nambient_c = 40\n"
+    assert call(tmp_path, "--cycles", "1", pack=told, out="alone").exit_code == 0
+    for name in FILES - {"ageing.checkpoint.json"}:
+        one, listed = ((tmp_path / out / name).read_bytes() for out in ("alone", "out/40C"))
+        assert one == listed, name
+    again = call(tmp_path, "--cycles", "1", "--ambient-c", "25,40")
+    assert again.exit_code == 2
+    assert "40C/ageing.checkpoint.json is there from an earlier run" in " ".join(
+        again.output.split()
+    )
+    assert not (tmp_path / "out" / "25C").exists()
+
+
+def test_an_interrupt_is_the_end_of_a_list_too(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def interrupted(*arguments, **how):
+        for aged in age(*arguments, **how):
+            if aged.cycle.number == 1:
+                signal.raise_signal(signal.SIGINT)
+            yield aged
+
+    monkeypatch.setattr(command, "age", interrupted)
+    result = call(tmp_path, "--cycles", "1", "--ambient-c", "10,20")
+    assert result.exit_code == 130
+    assert "1 of 2 temperatures were begun" in result.output
+    assert len(table(tmp_path, "out/10C")) == 2
+    assert not list((tmp_path / "out" / "20C").iterdir())
 
 
 def test_enough_is_enough(tmp_path: Path) -> None:

@@ -92,6 +92,12 @@ def test_a_flight_that_asks_for_too_much_ends_the_life(pack: Pack) -> None:
     assert not list(age(pack, Regime(load=long), after=last))
 
 
+def test_a_flight_that_fails_at_once_ends_the_life(pack: Pack) -> None:
+    _, last = age(pack, Regime(load=replace(FLIGHT, current_A=np.full(T.size, 5000.0))))
+    assert (last.cycle.stopped_in, last.cycle.drawn_C) == ("flight", pytest.approx(0.0, abs=50.0))
+    assert np.isnan([last.cycle.end_V, last.cycle.min_V, last.cycle.max_K]).all()
+
+
 def test_a_repeated_load_empties_the_pack_in_every_cycle(pack: Pack) -> None:
     _, first, second = (
         a.cycle for a in islice(age(pack, Regime(load=FLIGHT, repeat=True, rest_s=0.0)), 3)

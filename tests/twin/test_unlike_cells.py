@@ -12,7 +12,6 @@ from twin.builtin import load_cell
 from twin.cell import Cell
 from twin.constants import FARADAY_C_mol
 from twin.effects import EFFECTS, AnyEffect, SelfHeating, SeriesResistance, WeakCell, chosen
-from twin.health import Examiner
 from twin.kernel import Backend
 from twin.load import Load
 from twin.pack import Pack, PackError
@@ -229,11 +228,6 @@ def test_derivatives_by_the_weak_cells_numbers_are_the_limit_of_differences() ->
         assert exact.voltage[:, i] == pytest.approx(
             difference, abs=1e-3 * np.abs(difference).max()
         ), names[i]
-
-
-def test_the_health_of_unlike_cells_is_not_told_as_one(lipo: Cell) -> None:
-    with pytest.raises(PackError, match="leave out weak_cell"):
-        Examiner(Pack(cell=lipo, series=2, effects=(*AGED, WEAK), initial_soc=0.9))
 
 
 def end_V(solution: Solution) -> float:

@@ -1,0 +1,74 @@
+"""Ctrl-C where code that is not Python's is at work: an exception raised there may be lost.
+
+CasADi gives None, or goes on, or raises something else; a compiled module that is being imported
+may end the program.
+"""
+
+import os
+import signal
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from types import FrameType
+
+Asked = Callable[[], bool]
+"""Whether Ctrl-C was pressed."""
+
+
+@contextmanager
+def held() -> Iterator[None]:
+    """Ctrl-C is heard at the end of this; pressed again it ends the program."""
+    with _noted(_deadly) as asked:
+        yield
+    if asked():
+        raise KeyboardInterrupt
+
+
+@contextmanager
+def remembered() -> Iterator[Asked]:
+    """Ctrl-C is heard at once, as ever, and can be asked for where the exception was lost."""
+    with _noted(_interrupt) as asked:
+        yield asked
+
+
+@contextmanager
+def asked_to_stop(after: str) -> Iterator[Asked]:
+    """Ctrl-C is a request to stop at the next good place; pressed again it ends the program.
+
+    Args:
+        after: what is finished first, for the message.
+    """
+
+    def say() -> None:
+        _deadly()
+        text = f"\nStopping after this {after}; Ctrl-C again stops at once.\n"
+        os.write(2, text.encode())  # a print within a print would fail
+
+    with _noted(say) as asked:
+        yield asked
+
+
+@contextmanager
+def _noted(then: Callable[[], None]) -> Iterator[Asked]:
+    """Calls `then` at a Ctrl-C; not if the program was started deaf to it, as with `&`."""
+    asked = False
+
+    def note(_signal: int, _frame: FrameType | None) -> None:
+        nonlocal asked
+        asked = True
+        then()
+
+    before = signal.getsignal(signal.SIGINT)
+    if before is not signal.SIG_IGN:
+        signal.signal(signal.SIGINT, note)
+    try:
+        yield lambda: asked
+    finally:
+        signal.signal(signal.SIGINT, before)
+
+
+def _interrupt() -> None:
+    raise KeyboardInterrupt
+
+
+def _deadly() -> None:
+    signal.signal(signal.SIGINT, signal.SIG_DFL)
