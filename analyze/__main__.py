@@ -5,6 +5,8 @@ from pathlib import Path
 
 import click
 
+from analyze.interrupt import held
+
 AnyPath = click.Path(exists=True, path_type=Path)
 AnyFile = click.Path(exists=True, dir_okay=False, path_type=Path)
 
@@ -61,8 +63,8 @@ def main(**options: object) -> None:
     if options["scheduler"] and options["jobs"] != 1:
         raise click.UsageError("--jobs starts workers, --scheduler uses those of another: only one")
     try:
-        from analyze.session import Options, run_session  # late: --help must not wait for it
-
+        with held():
+            from analyze.session import Options, run_session  # late: --help must not wait for it
         code = run_session(Options(**options))  # type: ignore[arg-type]
     except KeyboardInterrupt:
         click.echo("Interrupted.", err=True)

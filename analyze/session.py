@@ -10,6 +10,7 @@ import click
 from analyze.checks import WrongUse, checked_pack, is_log, make_writable
 from analyze.find import Found, find, sensor_beside
 from analyze.fleet import outcomes
+from analyze.interrupt import Asked, remembered
 from analyze.job import Done, Job, Outcome, sha256_of
 from analyze.lines import closing_line, done_line, failed_line
 from analyze.names import free_name, printable
@@ -59,7 +60,8 @@ def run_session(options: Options) -> int:
         for path, reason in found.unreadable:
             _note_failure(_unreadable(path, reason), tally)
         jobs = _jobs(found.logs, pack, options, tally)
-        _run(jobs, tally, options)
+        with remembered() as interrupted:
+            _run(jobs, tally, options, interrupted)
     except KeyboardInterrupt:
         click.echo(f"Interrupted: {_sum(tally, found)} What is written is whole.", err=True)
         return 130
@@ -121,12 +123,19 @@ def _taken(out: Path, digest: str, used: set[str]) -> Callable[[str], bool]:
     return taken
 
 
-def _run(jobs: Sequence[Job], tally: Tally, options: Options) -> None:
+def _run(jobs: Sequence[Job], tally: Tally, options: Options, interrupted: Asked) -> None:
+    """All jobs; KeyboardInterrupt at Ctrl-C, at the latest after the job that lost it.
+
+    A job that lost it may have failed of that: such a failure says nothing of the log.
+    """
     running = outcomes(jobs, workers=options.jobs, scheduler=options.scheduler)
     with closing(running), progress(len(jobs), wanted=not options.quiet) as step:
         for outcome in running:
-            with step():
-                _note(outcome, tally, options)
+            if isinstance(outcome, Done) or not interrupted():
+                with step():
+                    _note(outcome, tally, options)
+            if interrupted():
+                raise KeyboardInterrupt
 
 
 def _note(outcome: Outcome, tally: Tally, options: Options) -> None:
