@@ -200,7 +200,8 @@ def age(**options: object) -> None:
 
     def command() -> int:
         with held():
-            from analyze.workbench.age import Request, run  # late: --help must not wait for them
+            from analyze.workbench.age import run  # late: --help must not wait for them
+            from analyze.workbench.life import Request
         return run(Request(**options))  # type: ignore[arg-type]
 
     _finish(command)

@@ -1,28 +1,23 @@
 """`twin age`: a life of many cycles, written as it goes."""
 
-import time
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from itertools import islice
 
 import click
 
 from analyze.checks import WrongUse, checked_pack, make_writable
-from analyze.columns import Columns, as_csv, as_parquet
 from analyze.interrupt import Asked, asked_to_stop
 from analyze.pack_choice import PackChoice
 from analyze.version import version
 from analyze.workbench.ageing_table import (
     CELLS_HEADER,
     HEADER,
-    ageing_columns,
-    cell_columns,
     cell_rows,
     rows,
 )
-from analyze.workbench.checkpoint import Checkpoint, CheckpointError, from_text, to_text
+from analyze.workbench.checkpoint import Checkpoint, CheckpointError, from_text
 from analyze.workbench.drawn import (
-    Ask,
     Drawn,
     in_air,
     load_sha256,
@@ -31,107 +26,19 @@ from analyze.workbench.drawn import (
     read_drawn,
     refusing,
 )
+from analyze.workbench.life import CHECKPOINT, Life, Request
 from analyze.workbench.listing import print_table
-from analyze.workbench.plots import ageing_svg
 from analyze.workbench.watch import watching
 from reports.quantity import fixed
-from twin.ageing import Aged, Cycle, Regime, age
+from twin.ageing import Cycle, Regime, age
 from twin.effects import AGEING
-from twin.pack import CellKind
 from twin.solution import Status
-from twin.whole_file import write_whole
 
-CHECKPOINT = "ageing.checkpoint.json"
-SAVED_EVERY_S = 5.0
 OKANE_CELL = "lg_m50"
 ASSUMED = (
     "ageing   with the constants of O'Kane 2022 for the LG M50, not measured on this pack: trust "
     "differences between loads more than lifetimes"
 )
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Request(Ask):
-    """The command line."""
-
-    cycles: int
-    repeat: bool
-    rest_s: float
-    charge_rate: float
-    until_rate: float
-    stop_at_capacity: float | None
-    resume: bool
-    ambient_c: tuple[float, ...] | None = None
-
-
-@dataclass(slots=True)
-class _Life:
-    """A run so far.
-
-    Attributes:
-        request: what was asked for, with the folder of its files.
-        drawn: load and pack.
-        regime: of each cycle.
-        identity: what run it is.
-        cycles: that were done, the last of them perhaps in part.
-        last: the pack after the last whole one.
-        saved_s: when it was written, on a clock of its own.
-    """
-
-    request: Request
-    drawn: Drawn
-    regime: Regime
-    identity: Mapping[str, str]
-    cycles: list[Cycle]
-    last: Aged | None
-    saved_s: float = 0.0
-
-    @property
-    def done(self) -> int:
-        """Whole cycles."""
-        return self.last.cycle.number if self.last else 0
-
-    @property
-    def unlike(self) -> tuple[CellKind, ...]:
-        """The kinds of cells if there is something to say of each; else none."""
-        kinds = self.drawn.pack.cells()
-        return kinds if len(kinds) > 1 else ()
-
-    def faded(self) -> bool:
-        """The capacity has fallen below what was asked for."""
-        if self.request.stop_at_capacity is None or not self.cycles:
-            return False
-        first, last = (self.cycles[k].health.capacity_C for k in (0, -1))
-        return last < self.request.stop_at_capacity * first
-
-    def add(self, aged: Aged) -> None:
-        """One more cycle; written if the last time was a while ago."""
-        self.cycles.append(aged.cycle)
-        if aged.cycle.status is Status.DONE:
-            self.last = aged
-        if time.monotonic() - self.saved_s > SAVED_EVERY_S:
-            self.save()
-
-    def save(self) -> None:
-        """Tables, then the checkpoint; each whole."""
-        self._write("ageing", ageing_columns(self.cycles))
-        if self.unlike:
-            self._write("cells", cell_columns(self.cycles, self.unlike))
-        if self.last is not None:
-            whole = tuple(c for c in self.cycles if c.status is Status.DONE)
-            checkpoint = Checkpoint(identity=self.identity, cycles=whole, last=self.last)
-            write_whole(self.request.out / CHECKPOINT, to_text(checkpoint))
-        self.saved_s = time.monotonic()
-
-    def _write(self, name: str, columns: Columns) -> None:
-        write_whole(self.request.out / f"{name}.csv", as_csv(columns))
-        write_whole(self.request.out / f"{name}.parquet", as_parquet(columns))
-
-    def draw(self) -> None:
-        """The picture."""
-        names = [kind.name for kind in self.unlike]
-        picture = ageing_svg(self.cycles, names, repeated=self.request.repeat)
-        write_whole(self.request.out / "ageing.svg", picture)
 
 
 def run(request: Request) -> int:
@@ -172,7 +79,7 @@ def _cases(request: Request, drawn: Drawn) -> list[tuple[Request, Drawn]]:
     return out or [(request, drawn)]
 
 
-def _begun(request: Request, drawn: Drawn, choice: PackChoice) -> _Life:
+def _begun(request: Request, drawn: Drawn, choice: PackChoice) -> Life:
     """A new life, or the one in the folder."""
     regime = Regime(
         load=drawn.load,
@@ -188,7 +95,7 @@ def _begun(request: Request, drawn: Drawn, choice: PackChoice) -> _Life:
         "version": version(),
     }
     found = _found(request, identity)
-    return _Life(
+    return Life(
         request=request,
         drawn=drawn,
         regime=regime,
@@ -215,7 +122,7 @@ def _found(request: Request, identity: Mapping[str, str]) -> Checkpoint | None:
         raise WrongUse(str(e)) from e
 
 
-def _run(life: _Life, choice: PackChoice, stop: Asked) -> int:
+def _run(life: Life, choice: PackChoice, stop: Asked) -> int:
     """One life; the exit code."""
     _announce(life, choice)
     interrupted = _live(life, stop)
@@ -225,7 +132,7 @@ def _run(life: _Life, choice: PackChoice, stop: Asked) -> int:
     return _ended(life, interrupted=interrupted)
 
 
-def _announce(life: _Life, choice: PackChoice) -> None:
+def _announce(life: Life, choice: PackChoice) -> None:
     """What is about to be done, and what it rests on."""
     drawn = life.drawn
     click.echo(f"load     {drawn.name}: {_load_words(drawn)}\n{pack_lines(drawn.use)}")
@@ -235,7 +142,7 @@ def _announce(life: _Life, choice: PackChoice) -> None:
         click.echo(f"going on after cycle {life.done}")
 
 
-def _live(life: _Life, stop: Asked) -> bool:
+def _live(life: Life, stop: Asked) -> bool:
     """Cycles until enough, or the end of it; True if a person interrupted it."""
     if life.faded():
         return False
@@ -275,12 +182,12 @@ def _load_words(drawn: Drawn) -> str:
     return f"{seconds:.1f} s, {load.charge_C() / 3600:.3f} Ah"
 
 
-def _capacity_words(life: _Life) -> str:
+def _capacity_words(life: Life) -> str:
     first, last = (life.cycles[k].health.capacity_C for k in (0, -1))
     return f"{last / 3600:.3f} Ah, {100 * last / first:.1f} %"
 
 
-def _tell(life: _Life) -> None:
+def _tell(life: Life) -> None:
     """What came of it."""
     tables = "ageing.csv, ageing.parquet"
     print_table(HEADER, rows(life.cycles))
@@ -292,7 +199,7 @@ def _tell(life: _Life) -> None:
     click.echo(f"written to {where}: {tables}, ageing.svg, {CHECKPOINT}")
 
 
-def _ended(life: _Life, *, interrupted: bool) -> int:
+def _ended(life: Life, *, interrupted: bool) -> int:
     """Why it ended; the exit code."""
     request, last = life.request, life.cycles[-1]
     if interrupted:

@@ -265,7 +265,7 @@ def test_the_cycle_at_an_interrupt_is_finished_and_written(
 def test_ctrl_c_keeps_the_whole_cycles(tmp_path: Path) -> None:
     """From outside, wherever it meets the program, and twice over the same folder."""
     code = (
-        "import analyze.workbench.age as a; a.SAVED_EVERY_S = 0.0\n"
+        "import analyze.workbench.life as a; a.SAVED_EVERY_S = 0.0\n"
         "from analyze.workbench.__main__ import main; main()"
     )
     done = [0]
