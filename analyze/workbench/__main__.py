@@ -1,5 +1,6 @@
 """`twin`: the workbench of the electrochemical twin."""
 
+import math
 import sys
 from collections.abc import Callable
 from pathlib import Path
@@ -8,11 +9,15 @@ import click
 
 from analyze.interrupt import held
 
+CELSIUS = -73.0, 126.0  # what a pack may have: 200 to 400 K
 AnyFile = click.Path(exists=True, dir_okay=False, path_type=Path)
 
 
-def numbers(above: float) -> Callable[[click.Context, click.Parameter, str | None], object]:
-    """What reads `"0.5,1"` as (0.5, 1.0), each above a bound."""
+def numbers(
+    above: float, most: float = math.inf
+) -> Callable[[click.Context, click.Parameter, str | None], object]:
+    """What reads `"0.5,1"` as (0.5, 1.0), each finite and within the bounds."""
+    bounds = f"above {above:g}" + (f", {most:g} at most," if most < math.inf else "")
 
     def read(
         ctx: click.Context, param: click.Parameter, text: str | None
@@ -23,9 +28,9 @@ def numbers(above: float) -> Callable[[click.Context, click.Parameter, str | Non
             found = tuple(float(part) for part in text.split(","))
         except ValueError:
             found = ()
-        if not found or not all(above < n < float("inf") for n in found):
+        if not found or not all(above < n <= most and n < math.inf for n in found):
             raise click.BadParameter(
-                f"{text!r}: expected numbers above {above:g} with commas between them", ctx, param
+                f"{text!r}: expected numbers {bounds} with commas between them", ctx, param
             )
         return found
 
@@ -84,7 +89,7 @@ def main() -> None:
 @click.option(
     "--ambient-c",
     metavar="NUMBERS",
-    callback=numbers(-100.0),
+    callback=numbers(*CELSIUS),
     help="Temperatures, e.g. -10,0,25,40: one case each; pack and air begin with it.",
 )
 @click.option(
@@ -139,7 +144,7 @@ def replay(**options: object) -> None:
 @click.option(
     "--ambient-c",
     metavar="NUMBERS",
-    callback=numbers(-100.0),
+    callback=numbers(*CELSIUS),
     help="Temperatures, e.g. -10,0,25,40: one life each, in folders -10C, 0C, ... of --out; pack "
     "and air begin with it.",
 )

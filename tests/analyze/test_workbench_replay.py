@@ -165,8 +165,9 @@ def test_a_rate_sweep_goes_down_to_the_cut_off(tmp_path: Path) -> None:
         ((), "name a log or a LOAD.csv, or give --c-rate"),
         (("LOAD", "--c-rate", "1"), "it takes no load"),
         (("--c-rate", "1,x"), "expected numbers above 0"),
-        (("--c-rate", "-1"), "expected numbers above 0"),
-        (("LOAD", "--ambient-c", "-99"), "initial_K"),
+        (("--c-rate", "-1"), "expected numbers above 0 with commas"),
+        (("--c-rate", "inf"), "expected numbers above 0"),
+        (("LOAD", "--ambient-c", "25,-99"), "expected numbers above -73, 126 at most, with commas"),
         (("LOAD", "--battery", "1"), "--sensor and --battery belong to one"),
     ],
 )
