@@ -15,73 +15,29 @@ Recordings: SINTEF, via battery-data-alliance; see ../shared/battery/CATALOGUE.m
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from functools import partial
-from itertools import pairwise
-from pathlib import Path
 
 import casadi as ca
 import numpy as np
 import numpy.typing as npt
 from scipy.optimize import brentq, least_squares
 
+from benchmarks.real_cells import melasta
+from benchmarks.real_cells.recorded import NotHere, RealTest
+from benchmarks.real_cells.replay import Model, errors, follow
 from twin.bpx_function import Table
 from twin.builtin import load_cell
 from twin.cell import Cell, Electrode
-from twin.constants import ZERO_CELSIUS_K, FARADAY_C_mol
+from twin.constants import FARADAY_C_mol
 from twin.effects import SeriesResistance
-from twin.layout import Layout
-from twin.load import Load
 from twin.pack import Pack
-from twin.simulate import DEFAULT_MESH
-from twin.solution import Solution, Status
 
 FloatArray = npt.NDArray[np.float64]
-Model = Callable[[Pack, Load, FloatArray | None], Solution]
 
-FILE = (
-    Path(__file__).parents[2]
-    / "shared/battery/melasta_lipo/SLPBA842124HV_rate_25degC_time_repaired.csv"
-)
-STEPS = {"C/10": 4, "1C": 8, "2C": 12, "5C": 16, "9.1C": 21}
-"""Test -> `step_index` of its discharge."""
 EMPTY_V = 3.0
 ROWS = 150  # of the corrected potential
-SPANS = 60  # of a test, each at one temperature: at 9.1C it rises by 0.5 K in one
 
 
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class Test:
-    """One measured discharge, from full; (n,) each, discharge positive."""
-
-    time_s: FloatArray
-    current_A: FloatArray
-    voltage_V: FloatArray
-    temperature_K: FloatArray
-
-    @property
-    def drawn_C(self) -> FloatArray:
-        """(n,) since the start."""
-        mean = (self.current_A[1:] + self.current_A[:-1]) / 2
-        return np.concatenate([[0.0], np.cumsum(np.diff(self.time_s) * mean)])
-
-
-def read(path: Path) -> dict[str, Test]:
-    """The discharges of STEPS without their first sample, from before the current flows."""
-    raw = np.genfromtxt(path, delimiter=",", names=True)
-    out = {}
-    for name, step in STEPS.items():
-        rows = raw[raw["step_index"] == step]
-        rows = rows[1:][np.diff(rows["test_time_second"]) > 0]
-        time_s = rows["test_time_second"] - rows["test_time_second"][0]
-        out[name] = Test(
-            time_s=time_s,
-            current_A=-rows["current_ampere"],
-            voltage_V=rows["voltage_volt"],
-            temperature_K=rows["temperature_t2_celsius"] + ZERO_CELSIUS_K,
-        )
-    return out
-
-
-def fitted_cell(slow: Test) -> tuple[Cell, float]:
+def fitted_cell(slow: RealTest) -> tuple[Cell, float]:
     """The built-in LiPo with the slow test's balance and potential; its misfit before that [V]."""
     cell = load_cell("lipo_2200")
     share = 1 - slow.drawn_C / slow.drawn_C[-1]
@@ -146,31 +102,12 @@ def _per_area_C_m2(side: Electrode) -> float:
     return float(held * solid * side.thickness_m * window)
 
 
-def follow(model: Model, pack: Pack, test: Test) -> FloatArray:
-    """(m,) voltage along the test, as far as it goes; SPANS spans at their measured temperature."""
-    layout = Layout(DEFAULT_MESH)
-    where = layout.slice_of("temperature_K")
-    state, out = None, np.empty(0)
-    ends = np.unique(np.linspace(0, test.time_s.size - 1, SPANS + 1).astype(int)).tolist()
-    for start, stop in pairwise(ends):
-        span = slice(start, stop + 1)
-        mean_K = float(test.temperature_K[span].mean())
-        if state is not None:
-            state[where] = mean_K
-        load = Load(time_s=test.time_s[span], current_A=test.current_A[span])
-        part = model(replace(pack, initial_K=mean_K), load, state)
-        out = np.append(out[:start], part.voltage_V)
-        if part.status is not Status.DONE:
-            break
-        state = part.end_state.copy()
-    return out
-
-
-def tables(models: Mapping[str, Model], path: Path = FILE) -> str:
+def tables(models: Mapping[str, Model]) -> str:
     """Errors of each model in each test; a reason where there is no recording."""
-    if not path.exists():
-        return f"no recording at {path}: the measured cell is left out"
-    tests = read(path)
+    try:
+        tests = melasta.tests()
+    except NotHere as e:
+        return f"{e}: the measured cell is left out"
     cell, misfit_V = fitted_cell(tests["C/10"])
     n, p = cell.negative, cell.positive
     lines = [
@@ -186,7 +123,7 @@ def tables(models: Mapping[str, Model], path: Path = FILE) -> str:
             lines.append(f"{name}: {way} {number:.3g}")
             for test_name, test in tests.items():
                 answer_V = follow(model, make(cell, number), test)
-                lines.append(f"{name} | {test_name} | {_errors(answer_V, test)}")
+                lines.append(f"{name} | {test_name} | {_row(answer_V, test)}")
     return "\n".join(lines)
 
 
@@ -212,7 +149,7 @@ WAYS: dict[str, tuple[Callable[[Cell, float], Pack], float, float]] = {
 
 
 def _balanced(
-    model: Model, make: Callable[[float], Pack], test: Test, bounds: tuple[float, float]
+    model: Model, make: Callable[[float], Pack], test: RealTest, bounds: tuple[float, float]
 ) -> float:
     """The number for which the mean error of `test` is 0."""
 
@@ -223,11 +160,6 @@ def _balanced(
     return float(brentq(mean_V, *bounds, rtol=1e-3))
 
 
-def _errors(answer_V: FloatArray, test: Test) -> str:
-    m = answer_V.size
-    error_mV = 1e3 * (answer_V - test.voltage_V[:m])[1:]  # the first is from before the current
-    ah = test.drawn_C[[m - 1, -1]] / 3600
-    return (
-        f"{np.sqrt(np.mean(error_mV**2)):.1f} | {np.abs(error_mV).max():.1f} "
-        f"| {np.mean(error_mV):+.1f} | {ah[0]:.2f} | {ah[1]:.2f}"
-    )
+def _row(answer_V: FloatArray, test: RealTest) -> str:
+    e, ah = errors(answer_V, test), test.drawn_C[[answer_V.size - 1, -1]] / 3600
+    return f"{e.rms:.1f} | {e.largest:.1f} | {e.mean:+.1f} | {ah[0]:.2f} | {ah[1]:.2f}"

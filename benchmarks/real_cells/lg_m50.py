@@ -1,0 +1,83 @@
+"""LG M50, NMC811 against graphite with silicon, 5 Ah: the cell of Chen et al. 2020.
+
+Recordings: WMG, University of Warwick, via pybop-team/PyBOP.
+"""
+
+from types import SimpleNamespace
+
+import numpy as np
+
+from benchmarks.real_cells.recorded import (
+    RealCell,
+    RealTest,
+    discharge_of,
+    matlab,
+    on_one_clock,
+    recording,
+    wide,
+)
+from twin.builtin import load_cell
+from twin.constants import ZERO_CELSIUS_K
+from twin.pack import Pack
+
+RATES = "battery/lg_m50/LGM50_5Ah_RateTest.mat"
+PULSES = "battery/lg_m50/LGM50_5Ah_Pulse.mat"
+PULSED = (9, 7, 5, 3, 1)  # tenths of charge; 10 s of 1.5C each
+PULSED_CELL = "Cell1"
+
+
+def rate(raw: SimpleNamespace, degrees: int, name: str) -> RealTest:
+    """One discharge; temperature in the middle of the cell."""
+    test = getattr(getattr(raw, f"T{degrees}"), f"cRate_{name.replace('.', 'p')}")
+    whole = RealTest(
+        name=f"{name} {degrees} degC",
+        time_s=test.timeVec,
+        current_A=-test.currVec,
+        voltage_V=test.volVec,
+        temperature_K=test.cellTemp_mid + ZERO_CELSIUS_K,
+    )
+    return discharge_of(on_one_clock(whole))
+
+
+def pulse(raw: SimpleNamespace, tenths: int, slow: RealTest) -> RealTest:
+    """One pulse at 25 degC and the 10 s after it; tenths of the charge of a slow discharge.
+
+    That is what the file means: the rest voltages lie within 1 % of charge of its open-circuit
+    curve (the one at a tenth: 3.5 %).
+    """
+    test = getattr(getattr(raw.T25, f"SoC{tenths}"), PULSED_CELL).data
+    whole = RealTest(
+        name=f"pulse at {tenths}0 % 25 degC",
+        time_s=test.ProgTime,
+        current_A=-test.Current,
+        voltage_V=test.Voltage,
+        temperature_K=np.full(test.ProgTime.size, test.LogTemp001[0] + ZERO_CELSIUS_K),
+        drawn_before_C=(1 - tenths / 10) * float(slow.drawn_C[-1]),
+    )
+    return on_one_clock(whole)
+
+
+def cell() -> RealCell:
+    """Fitted at 25 degC and up to 1C, judged at other rates and in the cold.
+
+    The file's tests at 45 degC are not used: those it names 1C and 1.5C run at 2.5 A and 5 A.
+    """
+    rates, pulses = matlab(recording(RATES)), matlab(recording(PULSES))
+    slow = rate(rates, 25, "0.1C")
+    return RealCell(
+        name="LG M50 5 Ah",
+        fit=(
+            slow,
+            rate(rates, 25, "1C"),
+            *(pulse(pulses, tenths, slow) for tenths in PULSED),
+        ),
+        held_out=(
+            rate(rates, 25, "0.5C"),
+            rate(rates, 25, "2C"),
+            rate(rates, 10, "1C"),
+            rate(rates, 0, "2C"),
+        ),
+        baseline=Pack(cell=wide(load_cell("lg_m50"))),
+        source="Chen et al. 2020, completed by O'Kane et al. 2022 (built-in lg_m50)",
+        published=True,
+    )

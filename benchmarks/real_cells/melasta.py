@@ -1,0 +1,48 @@
+"""Melasta SLPBA842124HV, LiPo pouch of a drone, 6.55 Ah, 4.35 V.
+
+Recordings: SINTEF, via battery-data-alliance; see ../shared/battery/CATALOGUE.md.
+"""
+
+import numpy as np
+
+from benchmarks.real_cells.recorded import RealCell, RealTest, nearest, recording
+from twin.constants import ZERO_CELSIUS_K
+
+FILE = "battery/melasta_lipo/SLPBA842124HV_rate_25degC_time_repaired.csv"
+STEPS = {"C/10": 4, "1C": 8, "2C": 12, "5C": 16, "9.1C": 21}
+"""Test -> `step_index` of its discharge."""
+
+
+def tests() -> dict[str, RealTest]:
+    """The discharges of STEPS without their first sample, from before the current flows.
+
+    Temperature: the second thermocouple, the hottest.
+    """
+    raw = np.genfromtxt(recording(FILE), delimiter=",", names=True)
+    out = {}
+    for name, step in STEPS.items():
+        rows = raw[raw["step_index"] == step]
+        rows = rows[1:][np.diff(rows["test_time_second"]) > 0]
+        out[name] = RealTest(
+            name=name,
+            time_s=rows["test_time_second"] - rows["test_time_second"][0],
+            current_A=-rows["current_ampere"],
+            voltage_V=rows["voltage_volt"],
+            temperature_K=rows["temperature_t2_celsius"] + ZERO_CELSIUS_K,
+        )
+    return out
+
+
+def cell() -> RealCell:
+    """Fitted on what a bench measures, judged at the rates of a drone."""
+    measured = tests()
+    fit = tuple(measured[name] for name in ("C/10", "1C", "2C"))
+    baseline, source = nearest("lipo_2200", fit[0])
+    return RealCell(
+        name="Melasta LiPo 6.55 Ah",
+        fit=fit,
+        held_out=tuple(measured[name] for name in ("5C", "9.1C")),
+        baseline=baseline,
+        source=source,
+        published=False,
+    )

@@ -1,0 +1,138 @@
+"""`RealTest` and `RealCell`: what was measured on a cell, and what stands for it so far."""
+
+from dataclasses import dataclass, fields, replace
+from functools import cached_property
+from pathlib import Path
+from types import SimpleNamespace
+
+import numpy as np
+import numpy.typing as npt
+from scipy.io import loadmat
+
+from twin.builtin import load_cell
+from twin.cell import Cell
+from twin.pack import Pack
+
+FloatArray = npt.NDArray[np.float64]
+
+SHARED = Path(__file__).parents[3] / "shared"
+TICK_S = 1e-3  # between two samples with one time stamp: before and after a step
+BEYOND_V = 0.5  # a replay goes on so far beyond the cut-offs, to be judged by its voltage
+
+
+class NotHere(Exception):
+    """A recording that is not on this machine; the text says which."""
+
+
+def recording(name: str) -> Path:
+    """The path of a file in the collection of recordings, by its name there; NotHere without it."""
+    path = SHARED / name
+    if not path.exists():
+        raise NotHere(f"no recording at {path}")
+    return path
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class RealTest:
+    """One test, from rest; (n,) each.
+
+    Attributes:
+        name: short.
+        time_s: from 0, strictly increasing.
+        current_A: at the terminals, discharge positive; straight from sample to sample.
+        voltage_V: at the terminals; NaN where it was not recorded.
+        temperature_K: measured on the cell; None if it was not.
+        drawn_before_C: charge drawn since the cell was charged as its maker says.
+    """
+
+    name: str
+    time_s: FloatArray
+    current_A: FloatArray
+    voltage_V: FloatArray
+    temperature_K: FloatArray | None = None
+    drawn_before_C: float = 0.0
+
+    @cached_property
+    def drawn_C(self) -> FloatArray:
+        """(n,) since the start."""
+        mean = (self.current_A[1:] + self.current_A[:-1]) / 2
+        return np.concatenate([[0.0], np.cumsum(np.diff(self.time_s) * mean)])
+
+    def part(self, rows: slice) -> "RealTest":
+        """Some of its samples, from time 0."""
+        arrays = {f.name: getattr(self, f.name) for f in fields(self)}
+        chosen = {k: v[rows] for k, v in arrays.items() if isinstance(v, np.ndarray)}
+        chosen["time_s"] = chosen["time_s"] - chosen["time_s"][0]
+        return replace(self, **chosen)
+
+
+def on_one_clock(test: RealTest) -> RealTest:
+    """The same with strictly increasing times from 0.
+
+    Samples with the same stamp, before and after a step, move TICK_S apart; stamps that go back by
+    more are dropped.
+    """
+    t = test.time_s
+    latest = np.maximum.accumulate(t)
+    first = np.searchsorted(latest, latest)  # of the samples with this stamp
+    spread = latest + TICK_S * (np.arange(t.size) - first)
+    keep = (t > latest - TICK_S) & np.append(np.diff(spread) > 0, True)
+    arrays = {
+        name: getattr(test, name)[keep]
+        for name in ("current_A", "voltage_V", "temperature_K")
+        if getattr(test, name) is not None
+    }
+    return replace(test, time_s=spread[keep] - spread[keep][0], **arrays)
+
+
+def discharge_of(test: RealTest) -> RealTest:
+    """Up to the last sample of the first discharge, with the rest before it."""
+    flows = test.current_A > 0.02 * test.current_A.max()
+    start = int(np.argmax(flows))
+    ended = np.flatnonzero(~flows[start:])
+    return test.part(slice(0, start + int(ended[0]) if ended.size else None))
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class RealCell:
+    """A cell, or pack of equal cells, with the tests to fit and the tests to judge by.
+
+    Attributes:
+        name: short.
+        fit: tests a calibration may see.
+        held_out: tests it is judged on.
+        baseline: what stands for it before any calibration, as it starts when charged (a flight:
+            as it took off).
+        source: where the baseline is from.
+        published: the baseline was measured or tuned on this very make of cell by its publisher.
+    """
+
+    name: str
+    fit: tuple[RealTest, ...]
+    held_out: tuple[RealTest, ...]
+    baseline: Pack
+    source: str
+    published: bool
+
+
+def wide(cell: Cell) -> Cell:
+    """The same cell with its cut-offs out of the way of a replay."""
+    return replace(
+        cell,
+        lower_cut_off_V=cell.lower_cut_off_V - BEYOND_V,
+        upper_cut_off_V=cell.upper_cut_off_V + BEYOND_V,
+    )
+
+
+def nearest(builtin: str, slow: RealTest) -> tuple[Pack, str]:
+    """A built-in cell with the charge that a slow discharge gave, and how to call it."""
+    capacity_C = float(slow.drawn_C[-1])
+    pack = Pack(cell=wide(load_cell(builtin)), capacity_C=capacity_C)
+    return pack, f"built-in {builtin}, scaled to the {capacity_C / 3600:.2f} Ah of {slow.name}"
+
+
+def matlab(path: Path) -> SimpleNamespace:
+    """The one variable of a MATLAB file, its fields as attributes."""
+    content = loadmat(path, squeeze_me=True, struct_as_record=False)
+    names = [name for name in content if not name.startswith("__")]
+    return SimpleNamespace(**vars(content[names[0]]))

@@ -1,0 +1,105 @@
+"""Measured tests of real cells: read as they were recorded, judged as they say."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from benchmarks.real_cells import panasonic
+from benchmarks.real_cells.__main__ import CELLS
+from benchmarks.real_cells.recorded import NotHere, RealCell, RealTest, discharge_of, on_one_clock
+from benchmarks.real_cells.replay import answer, errors, held_C
+from twin.builtin import load_cell
+from twin.pack import Pack
+
+
+def recorded(time_s: list[float], current_A: list[float]) -> RealTest:
+    t, i = np.array(time_s), np.array(current_A)
+    return RealTest(name="test", time_s=t, current_A=i, voltage_V=4.0 - 0.1 * i)
+
+
+def test_a_step_with_one_stamp_keeps_both_samples() -> None:
+    test = on_one_clock(recorded([5.0, 6.0, 6.0, 7.0], [0.0, 0.0, 2.0, 2.0]))
+    assert test.time_s == pytest.approx([0.0, 1.0, 1.001, 2.0])
+    assert test.current_A.tolist() == [0.0, 0.0, 2.0, 2.0]
+
+
+def test_a_stamp_that_goes_back_is_dropped() -> None:
+    test = on_one_clock(recorded([0.0, 1.0, 0.5, 2.0], [0.0, 1.0, 9.0, 2.0]))
+    assert test.time_s.tolist() == [0.0, 1.0, 2.0]
+    assert test.current_A.tolist() == [0.0, 1.0, 2.0]
+
+
+def test_the_first_discharge_ends_where_the_current_does() -> None:
+    test = discharge_of(recorded([0.0, 1.0, 2.0, 3.0, 4.0], [0.0, 2.0, 2.0, 0.0, -1.0]))
+    assert test.current_A.tolist() == [0.0, 2.0, 2.0]
+
+
+def test_errors_are_per_cell_and_only_where_it_was_measured() -> None:
+    test = recorded([0.0, 1.0, 2.0, 3.0], [0.0, 0.0, 0.0, 0.0])
+    test.voltage_V[1] = np.nan
+    found = errors(test.voltage_V[:3] + 0.03, replace(test, voltage_V=test.voltage_V), series=3)
+    assert found.rms == pytest.approx(10.0)
+    assert found.mean == pytest.approx(10.0)
+    assert found.covered == 0.75
+
+
+def test_held_charge_is_what_takes_a_pack_from_full_to_empty() -> None:
+    pack = Pack(cell=load_cell("lipo_2200"), parallel=2, capacity_C=3600.0)
+    test = recorded([0.0, 100.0], [0.0, 0.0])
+    later = replace(test, drawn_before_C=0.25 * held_C(pack))
+    expected = answer(replace(pack, initial_soc=0.75), test)
+    assert answer(pack, later) == pytest.approx(expected, abs=1e-9)
+    flown = replace(test, current_A=np.array([1.0, 1.0]))
+    after = replace(test, drawn_before_C=100.0)  # as much as `flown` drew
+    rested_V = answer(pack, after)[0]
+    long = RealTest(
+        name="then rest",
+        time_s=np.array([0.0, 100.0, 100.001, 20000.0]),
+        current_A=np.array([1.0, 1.0, 0.0, 0.0]),
+        voltage_V=np.zeros(4),
+    )
+    assert flown.drawn_C[-1] == pytest.approx(100.0)
+    assert answer(pack, long)[-1] == pytest.approx(rested_V, abs=1e-5)
+
+
+def load(make: object) -> RealCell:
+    assert callable(make)
+    try:
+        cell = make()
+    except NotHere as e:
+        pytest.skip(str(e))
+    assert isinstance(cell, RealCell)
+    return cell
+
+
+@pytest.mark.parametrize("make", CELLS, ids=lambda make: f"{make.__module__}.{make.__name__}")
+def test_tests_of_a_cell_are_physical(make: object) -> None:
+    cell = load(make)
+    assert len({t.name for t in (*cell.fit, *cell.held_out)}) == len((*cell.fit, *cell.held_out))
+    for test in (*cell.fit, *cell.held_out):
+        n = test.time_s.shape
+        assert n == test.current_A.shape == test.voltage_V.shape
+        assert test.time_s[0] == 0.0
+        assert np.all(np.diff(test.time_s) > 0)
+        volts = test.voltage_V / cell.baseline.series
+        assert np.isfinite(volts).mean() > 0.99
+        assert np.nanmin(volts) > 1.9
+        assert np.nanmax(volts) < 4.6
+        assert 0 < test.drawn_C[-1] < 1.15 * held_C(cell.baseline)
+        seen = np.isfinite(volts)
+        slope = np.polyfit(test.current_A[seen], volts[seen], 1)[0]
+        assert slope < 0 or np.ptp(test.current_A) < 0.2 * test.current_A.max()  # sign of current
+        if test.temperature_K is not None:
+            assert test.temperature_K.shape == n
+            assert test.temperature_K.min() > 250
+            assert test.temperature_K.max() < 340
+
+
+def test_the_charge_between_panasonics_pulses_is_back() -> None:
+    try:
+        test = panasonic.pulses()
+    except NotHere as e:
+        pytest.skip(str(e))
+    # 2.7728 Ah by the cycler's counter; pulses that rise within 0.1 s lose half of that: 9 mAh
+    assert test.drawn_C[-1] / 3600 == pytest.approx(2.7728, abs=0.01)
