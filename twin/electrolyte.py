@@ -45,6 +45,20 @@ class ElectrolyteSymbols:
             leaves the solid, mean of the step, at each node of both electrodes [A/m2 of coated
             area].
         """
+        matrix, moved, made = self.balance(old, step_s, porosity)
+        order = self.layout.elimination_order()
+        solution = elimination.solve(matrix[order, order], ca.horzcat(moved, made)[order, :])
+        solution = solution[np.argsort(order).tolist(), :]
+        return old["salt"] + solution[:, 0], solution[:, 1:]
+
+    def balance(
+        self, old: Mapping[str, ca.SX], step_s: ca.SX, porosity: ca.SX | None
+    ) -> tuple[ca.SX, ca.SX, ca.SX]:
+        """The equations of `diffuse`: matrix @ change of salt = moved + made @ transfer.
+
+        Returns:
+            (nodes, nodes), (nodes,) and (nodes, n + p).
+        """
         nodes, (n, p) = self.layout.nodes, self.layout.electrodes
         moved, matrix = ca.SX.zeros(nodes), ca.SX(nodes, nodes)
         for name, span in self.layout.layers().items():
@@ -60,11 +74,7 @@ class ElectrolyteSymbols:
             matrix[span, span] += ca.diag(volume * pores) + spread
         made = step_s * (1 - self.p["electrolyte.transference"]) / FARADAY_C_mol
         sources = [*range(n), *range(nodes - p, nodes)]
-        rhs = ca.horzcat(moved, made * ca.DM.eye(nodes)[:, sources])
-        order = self.layout.elimination_order()
-        solution = elimination.solve(matrix[order, order], rhs[order, :])
-        solution = solution[np.argsort(order).tolist(), :]
-        return old["salt"] + solution[:, 0], solution[:, 1:]
+        return matrix, moved, made * ca.DM.eye(nodes)[:, sources]
 
     def conductivity_S_m(
         self, name: str, salt: ca.SX, old: Mapping[str, ca.SX], porosity: ca.SX | None

@@ -177,7 +177,7 @@ class StepModel:
         )
         self.state = ca.SX.sym("state", self.layout.size)
         self.drive = ca.SX.sym("drive", len(DRIVE))
-        self._old = self.layout.split(self.state)
+        self.old = self.layout.split(self.state)
 
     @property
     def electrodes(self) -> tuple[ElectrodeSymbols, ElectrodeSymbols]:
@@ -215,14 +215,20 @@ class StepModel:
 
     def prepared(self) -> Ready:
         """`Ready` as expressions of state, drive and parameters."""
-        old = self._old
-        begun = self.ageing.begin(old, self.drive[0]) if self.ageing else None
+        begun = self.begun()
         porosity = begun.porosity if begun else None
-        salt, response = self.electrolyte.diffuse(old, self.drive[0], porosity)
-        before = response @ self.transfer(self._old_totals())
-        expected, salt, response = salt + before, salt + before / 2, response / 2
-        conductivity = self.electrolyte.conductivity_S_m
-        sides = []
+        salt, response = self.electrolyte.diffuse(self.old, self.drive[0], porosity)
+        before = response @ self.transfer(self.old_totals())
+        return self.ready(begun, salt + before, (salt + before / 2, response / 2))
+
+    def begun(self) -> Begun | None:
+        """Ageing over the step as far as it follows from the start alone."""
+        return self.ageing.begin(self.old, self.drive[0]) if self.ageing else None
+
+    def ready(self, begun: Begun | None, expected: ca.SX, salt: Both) -> Ready:
+        """`Ready`; `expected` is the salt that unchanged reactions lead to, `salt` two of it."""
+        old, conductivity, sides = self.old, self.electrolyte.conductivity_S_m, []
+        porosity = begun.porosity if begun else None
         for side, start in zip(self.electrodes, self.start_currents(begun), strict=True):
             kept, lost = side.diffuse(
                 old[f"modes_{side.key}"], start, old["temperature_K"], self.drive[0]
@@ -235,37 +241,36 @@ class StepModel:
         return Ready(
             (sides[0], sides[1]),
             between * self.p["separator.thickness_m"],
-            salt,
-            response,
+            *salt,
             begun.packed() if begun else ca.SX(0, 0),
         )
 
     def start_currents(self, begun: Begun | None) -> Both:
         """Intercalation when the step starts [A/m2]: what side reactions leave of the current."""
-        old = self._old
+        old = self.old
         if not begun:
             return old["reaction_n"], old["reaction_p"]
         return old["total_n"] - old["strip_n"] - begun.current_A_m2, old["reaction_p"]
 
-    def _old_totals(self) -> Both:
+    def old_totals(self) -> Both:
         """Currents through the surfaces at the start of the step [A/m2]."""
-        return self._old["total_n" if self.ageing else "reaction_n"], self._old["reaction_p"]
+        return self.old["total_n" if self.ageing else "reaction_n"], self.old["reaction_p"]
 
     def _expected_totals(self) -> Both:
         """A first guess of them at its end: reactions answer the current as in the last step."""
-        old, (negative, positive) = self._old, self._old_totals()
+        old, (negative, positive) = self.old, self.old_totals()
         more_A = self._missing(self.negative, negative) * self.p["area_m2"]
         return negative + more_A * old["answer_n"], positive + more_A * old["answer_p"]
 
     def _guess(self, ready: Ready) -> Unknown:
-        totals, old = self._expected_totals(), self._old
-        beside = self._old_totals()[0] - old["reaction_n"]
+        totals, old = self._expected_totals(), self.old
+        beside = self.old_totals()[0] - old["reaction_n"]
         salt = ready.salt + ready.response @ self.transfer(totals)
         return Unknown((totals[0] - beside, totals[1]), old["gap_V"], salt)
 
     def _area(self, side: ElectrodeSymbols) -> ca.SX:
         """Active surface of each node of an electrode per coated area (n,)."""
-        return side.area_per_node(self._old[f"left_{side.key}"] if self.ageing else 1.0)
+        return side.area_per_node(self.old[f"left_{side.key}"] if self.ageing else 1.0)
 
     def transfer(self, totals: Both) -> ca.SX:
         """(n + p,) current that leaves the solid at each node [A/m2 of coated area]."""
@@ -282,7 +287,7 @@ class StepModel:
 
     def surfaces(self, z: Unknown, ready: Ready) -> tuple[Surface, Surface]:
         """What happens at the particles of both electrodes at the end of the step."""
-        out, temperature = [], self._old["temperature_K"]
+        out, temperature = [], self.old["temperature_K"]
         for side, own, reaction in zip(self.electrodes, ready.sides, z.reactions, strict=True):
             salt = z.salt[self.layout.layers()[side.name]]
             x = own.surface - own.gain * reaction
@@ -292,7 +297,7 @@ class StepModel:
             total, film, strip, plated = reaction, side("film_ohm_m2"), ca.SX(0), ca.SX()
             if self.ageing and side is self.negative:
                 begun = Begun.unpacked(ready.begun)
-                plated, strip = self.ageing.strip(begun, self._old, over, salt, self.drive[0])
+                plated, strip = self.ageing.strip(begun, self.old, over, salt, self.drive[0])
                 total = reaction + strip + begun.current_A_m2
                 film = film + begun.resistance_ohm_m2
             out.append(Surface(over + total * film, total, strip, plated))
@@ -326,7 +331,7 @@ class StepModel:
 
     def diffusion_V(self) -> ca.SX:
         """() potential in the electrolyte per change of ln c."""
-        return self.electrolyte.diffusion_V(self._old["temperature_K"])
+        return self.electrolyte.diffusion_V(self.old["temperature_K"])
 
     def floored(self, side: ElectrodeSymbols, salt: ca.SX) -> ca.SX:
         """(n,) salt in an electrode, kept positive for logarithms."""
@@ -370,7 +375,7 @@ class StepModel:
             modes = own.modes - lost * ca.repmat(reaction, 1, m)
             if self.ageing and side is self.negative:
                 # the strip current is a mean, the total runs straight: half its change is left over
-                modes[:, 0] += lost[:, 0] * (negative.strip - self._old["strip_n"])
+                modes[:, 0] += lost[:, 0] * (negative.strip - self.old["strip_n"])
             out.append(modes)
         return out[0], out[1]
 
@@ -393,7 +398,7 @@ class StepModel:
     ) -> ca.SX:
         """The next state with its ageing part; lost surface leaves a node's current as it was."""
         assert self.ageing is not None
-        old, (surface, total) = self._old, negative
+        old, (surface, total) = self.old, negative
         aged = self.ageing.end(begun, old, modes, surface.plated, self.drive[0])
         ratio = old["left_n"] / aged["left_n"]
         aged |= {"total_n": total * ratio, "strip_n": surface.strip * ratio}
@@ -410,7 +415,7 @@ class StepModel:
         `reactions` at its start and end, `surfaces` (stoichiometry) and voltage at its end.
         """
         step_s, current_A, ambient_K, transfer_W_m2_K, heating = ca.vertsplit(self.drive)
-        old = self._old
+        old = self.old
         temperature, area = old["temperature_K"], self.p["area_m2"]
         enthalpy = ca.vertcat(
             *(
@@ -420,7 +425,7 @@ class StepModel:
         )
         before_A, after_A = (area * self.transfer(both) for both in reactions)
         n = self.negative.layer.size
-        drawn_A = area * ca.sum1(self.transfer(self._old_totals())[:n])
+        drawn_A = area * ca.sum1(self.transfer(self.old_totals())[:n])
         mean_W = self_heating.mean_released_W(
             (before_A, after_A), (old["enthalpy_V"], enthalpy), (drawn_A, current_A),
             (old["voltage_V"], voltage),
