@@ -1,14 +1,14 @@
 """Many parameter sets on one load: `population(pack, load, names, values)`.
 
-Members are shared out to processes, not threads: two Python threads were seen to use one core only
-(benchmarks/population.py measures the processes).
+Members are shared out to threads: the compiled kernel lets other threads run. CasADi's virtual
+machine does not; without a compiler one core does the work.
 """
 
-import multiprocessing
 import os
-from collections.abc import Sequence
-from concurrent.futures import ProcessPoolExecutor
+from collections.abc import Iterable, Mapping, Sequence
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 import numpy.typing as npt
@@ -16,16 +16,12 @@ import numpy.typing as npt
 from twin.kernel import Backend
 from twin.load import Load
 from twin.pack import Pack
+from twin.pack_model import pack_model
 from twin.sensitivity import known_values
 from twin.simulate import DEFAULT_MESH, Run, changeable, solution_of
-from twin.solution import Status
+from twin.solution import Solution, Status
 
 FloatArray = npt.NDArray[np.float64]
-
-SHARES_PER_WORKER = 4  # members that end early leave room for others; each share is sent once
-WORTH_A_WORKER = 20
-"""Members for which a further process is started: it imports the twin and loads the kernel first,
-and a flight of 600 s at 10 Hz takes a tenth of a second."""
 
 
 class PopulationError(ValueError):
@@ -51,16 +47,6 @@ class Population:
     stopped_s: FloatArray
 
 
-@dataclass(frozen=True, slots=True)
-class _Share:
-    """What one process is given: some of the members."""
-
-    pack: Pack
-    load: Load
-    names: tuple[str, ...]
-    values: FloatArray
-
-
 def population(
     pack: Pack, load: Load, names: Sequence[str], values: npt.ArrayLike, *,
     workers: int | None = None,
@@ -69,8 +55,7 @@ def population(
 
     Names are those of `simulate.changeable`; each number stands for itself, as in `sensitivity`.
     A member that cannot be simulated ends with its status and leaves the others alone. `workers`
-    processes at most (None: one a core); they are started afresh, so a script that calls this
-    needs the usual `if __name__ == "__main__":`.
+    threads at once (None: one a core).
 
     Raises:
         PackError: an unknown name.
@@ -82,53 +67,33 @@ def population(
         raise PopulationError(f"values {table.shape}: expected (members, {len(names)})")
     if workers is not None and workers < 1:
         raise PopulationError(f"workers = {workers}: expected 1 or more, or None")
-    cores = min(workers or os.cpu_count() or 1, max(1, table.shape[0] // WORTH_A_WORKER))
-    count = max(1, min(table.shape[0], SHARES_PER_WORKER * cores)) if cores > 1 else 1
-    shares = [_Share(pack, load, tuple(names), part) for part in np.array_split(table, count)]
-    return _joined(load, _answers(shares, cores))
+    pack_model(pack, DEFAULT_MESH, Backend.AUTO)  # compiled here, once, not by every thread
+    whole = changeable(pack, load)
+    members = (whole | dict(zip(names, row, strict=True)) for row in table.tolist())
+    with ThreadPoolExecutor(workers or os.cpu_count()) as pool:
+        return _joined(load, table.shape[0], pool.map(partial(_member, pack, load), members))
 
 
-@dataclass(frozen=True, slots=True)
-class _Answer:
-    """Of one share; as in `Population`."""
-
-    voltage_V: FloatArray
-    temperature_K: FloatArray
-    status: tuple[Status, ...]
-    stopped_s: FloatArray
+def _member(pack: Pack, load: Load, numbers: Mapping[str, float]) -> Solution:
+    run = Run(pack, load, DEFAULT_MESH, Backend.AUTO, None)
+    run.change(numbers)
+    run.run()
+    return solution_of(run, pack, load)
 
 
-def _answers(shares: list[_Share], cores: int) -> list[_Answer]:
-    if cores == 1:
-        return [_simulate(share) for share in shares]
-    fresh = multiprocessing.get_context("spawn")  # a fork would copy the caller's threads' locks
-    with ProcessPoolExecutor(cores, mp_context=fresh) as pool:
-        return list(pool.map(_simulate, shares))
-
-
-def _simulate(share: _Share) -> _Answer:
-    """The members of a share, one after the other."""
-    size = share.values.shape[0], share.load.time_s.size
+def _joined(load: Load, members: int, solutions: Iterable[Solution]) -> Population:
+    size = members, load.time_s.size
     voltage_V, temperature_K = np.full(size, np.nan), np.full(size, np.nan)
-    status, stopped_s = [], np.zeros(size[0])
-    given = changeable(share.pack, share.load)
-    for i, row in enumerate(share.values.tolist()):
-        run = Run(share.pack, share.load, DEFAULT_MESH, Backend.AUTO, None)
-        run.change(given | dict(zip(share.names, row, strict=True)))
-        run.run()
-        solution = solution_of(run, share.pack, share.load)
+    status, stopped_s = [], np.zeros(members)
+    for i, solution in enumerate(solutions):
         n = solution.voltage_V.size
         voltage_V[i, :n], temperature_K[i, :n] = solution.voltage_V, solution.temperature_K
         status.append(solution.status)
         stopped_s[i] = solution.stopped_s
-    return _Answer(voltage_V, temperature_K, tuple(status), stopped_s)
-
-
-def _joined(load: Load, answers: list[_Answer]) -> Population:
     return Population(
         time_s=load.time_s,
-        voltage_V=np.concatenate([a.voltage_V for a in answers]),
-        temperature_K=np.concatenate([a.temperature_K for a in answers]),
-        status=tuple(s for a in answers for s in a.status),
-        stopped_s=np.concatenate([a.stopped_s for a in answers]),
+        voltage_V=voltage_V,
+        temperature_K=temperature_K,
+        status=tuple(status),
+        stopped_s=stopped_s,
     )

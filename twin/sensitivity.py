@@ -11,7 +11,6 @@ from functools import lru_cache
 import numpy as np
 import numpy.typing as npt
 
-from twin.cell import Cell
 from twin.kernel import Backend, Kernel, kernel
 from twin.load import Load
 from twin.mesh import Mesh
@@ -25,12 +24,12 @@ from twin.tangent import Tangent
 
 FloatArray = npt.NDArray[np.float64]
 
-DIRECTIONS = 4
-"""Parameters a pass: more share one elimination, but the code grows, and with it its compilation
-(benchmarks/sensitivity.py)."""
-DIFFERENCE = 0.5
-"""Relative, of the central difference of starting state and kernel's parameters by a number: exact
-to rounding for any step, since they are of degree 1 in each number."""
+DIRECTIONS = (1, 4, 16)
+"""Parameters that a kernel takes at once, those that are not asked for being idle: what they share
+costs as much as three of them (benchmarks/sensitivity.py), and each kernel is compiled once."""
+DIFFERENCE = 1e-5
+"""Relative, of the central difference of starting state and kernel's parameters by a number. Those
+are products and quotients of the numbers, so that it is right to 1e-10."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -63,13 +62,8 @@ def sensitivity(
     Newton's method left unsolved. Where the run ended early, up to there.
 
     Raises:
-        PackError: an unknown name, or a pack that ages or whose diffusion is enhanced by stress:
-            their kernels are not differentiated in this version.
+        PackError: an unknown name.
     """
-    if pack.ages or pack.stressed:
-        raise PackError(
-            "no sensitivities of a pack that ages or is enhanced by stress: leave out those effects"
-        )
     values = known_values(pack, load, names)
     run = Run(pack, load, mesh, backend, None)
     run.taken = []
@@ -77,8 +71,8 @@ def sensitivity(
     solution = solution_of(run, pack, load)
     done = sum(rows.shape[1] for rows in run.rows)
     parts = [
-        _carry(run, pack, load, tuple(names[i : i + DIRECTIONS]), backend)
-        for i in range(0, len(names), DIRECTIONS)
+        _carry(run, pack, load, tuple(names[i : i + DIRECTIONS[-1]]), backend)
+        for i in range(0, len(names), DIRECTIONS[-1])
     ]
     at = _last_steps(run)[sample_ends(run.pieces, done)]
     voltage, temperature = (
@@ -109,11 +103,8 @@ def _last_steps(run: Run) -> npt.NDArray[np.int64]:
 
 
 @lru_cache(maxsize=16)
-def _built(
-    cell: Cell, mesh: Mesh, backend: Backend, directions: int, *, hysteretic: bool
-) -> tuple[Tangent, Kernel]:
-    tangent = Tangent(StepModel(cell, mesh, hysteretic=hysteretic))
-    return tangent, kernel(tangent.step(directions), backend)
+def _built(model: StepModel, directions: int, backend: Backend) -> Kernel:
+    return kernel(Tangent(model).step(directions), backend)
 
 
 def _carry(
@@ -134,26 +125,27 @@ def _carry_kind(
     backend: Backend,
 ) -> FloatArray:  # fmt: skip
     """(2, steps, k) of one kind of cell, whose first state (k, states) and p (k, p) change."""
-    k, mesh = len(names), run.model.cell.layout.mesh
-    tangent, many = _built(run.pack.cell, mesh, backend, k, hysteretic=run.pack.hysteretic)
-    fixed = [vector(run.kinds[kind].values), _unit(names, _DRIVE_NAMES).ravel(), change[1].ravel()]
-    moved, before = change[0].ravel(), run.model.states(run.initial)[kind]
+    k = next(size for size in DIRECTIONS if size >= len(names))
+    many = _built(run.model.cell, k, backend)
+    state, drive, p = (_filled(rows, k) for rows in (change[0], _unit(names), change[1]))
+    fixed = [vector(run.kinds[kind].values), drive.ravel(), p.ravel()]
+    carried = np.concatenate([run.model.states(run.initial)[kind], state.ravel()])
     out = [np.zeros((0, 2 * k))]
     for taken in run.taken or []:
-        after = run.model.states(taken.after)[:, kind]
-        inputs = tangent.solved(after), np.vstack([before, after[:-1]]), taken.drive
-        changes, shown = many(moved, inputs, fixed)
-        before, moved = after[-1], changes[-1]
+        carries, shown = many(carried, [run.model.states(taken.after)[:, kind], taken.drive], fixed)
+        carried = carries[-1]
         out.append(shown)
-    return np.concatenate(out).reshape(-1, k, 2).transpose(2, 0, 1)
+    return np.concatenate(out).reshape(-1, k, 2)[:, : len(names)].transpose(2, 0, 1)
 
 
-_DRIVE_NAMES = tuple(name if name in OUTSIDE else "" for name in DRIVE)
+def _filled(rows: FloatArray, k: int) -> FloatArray:
+    """(k, n) the rows, then zeros."""
+    return np.pad(rows, ((0, k - rows.shape[0]), (0, 0)))
 
 
-def _unit(names: tuple[str, ...], of: tuple[str, ...]) -> FloatArray:
-    """(names, of) 1 where they are the same."""
-    return np.array([[float(a == b) for b in of] for a in names])
+def _unit(names: tuple[str, ...]) -> FloatArray:
+    """(names, DRIVE) 1 where one of OUTSIDE is the same."""
+    return np.array([[float(a == b and a in OUTSIDE) for b in DRIVE] for a in names])
 
 
 def _input_changes(

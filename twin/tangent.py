@@ -1,68 +1,153 @@
 """The derivative of a step that is already taken: how a change of state and parameters goes on.
 
-The step solves F(z, y) = 0, y = (state, drive, p), and hands on G(z, y). At its solution
-dz = -(dF/dz)^-1 dF/dy dy, and the next state changes by dG/dz dz + dG/dy dy: the implicit function
-theorem, so no iteration is differentiated. One elimination serves all directions; what Newton left
-unsolved (see `CONVERGED_V`) is the error of the derivative, relative.
+With y = (state, drive, p), a step solves two systems and hands on G(e, z, y):
+  R(e, y) = 0     salt e that unchanged reactions would lead to: linear in e
+  F(e, z, y) = 0  z as in `Unknown`
+At their solution de = -(dR/de)^-1 dR/dy dy, dz likewise, and the next state changes by
+dG/de de + dG/dz dz + dG/dy dy: the implicit function theorem, so neither an iteration nor an
+elimination is differentiated. What Newton left unsolved (see `CONVERGED_V`) is the error of the
+derivative, relative.
 """
 
 from dataclasses import dataclass
 
 import casadi as ca
 import numpy as np
-import numpy.typing as npt
 
 from twin import elimination
+from twin.chain_rule import ChainRule, split
 from twin.step import StepModel, Unknown
 
-FloatArray = npt.NDArray[np.float64]
+SHOWN = ("voltage_V", "temperature_K")
+
+
+@dataclass(frozen=True, slots=True)
+class Equations:
+    """Of one step.
+
+    Attributes:
+        expected: (nodes,) e.
+        unknown: z.
+        linear: (nodes, nodes) dR/de.
+        made: (nodes,) linear @ e.
+        balance: (nodes,) R.
+        misses: F, in the order of `Unknown.vector`.
+        following: G, the next state.
+    """
+
+    expected: ca.SX
+    unknown: Unknown
+    linear: ca.SX
+    made: ca.SX
+    balance: ca.SX
+    misses: ca.SX
+    following: ca.SX
 
 
 @dataclass(frozen=True, slots=True)
 class Tangent:
-    """Of the steps of a `StepModel` without ageing."""
+    """Of the steps of a `StepModel`."""
 
     model: StepModel
 
-    def solved(self, after: FloatArray) -> FloatArray:
-        """(m, unknowns) what Newton found in steps that ended in `after` (m, states)."""
-        names = "reaction_n", "reaction_p", "gap_V", "salt"
-        return np.hstack([after[:, self.model.layout.slice_of(name)] for name in names])
-
     def step(self, directions: int) -> ca.Function:
-        """(dstate, z, state, drive, p, ddrive, dp) -> dstate after, of it voltage and temperature.
+        """((state, dstate), state after, drive, p, ddrive, dp) -> (carried, shown).
 
-        All d have one column per direction.
+        All d have one column per direction, those of dstate one after the other behind the state;
+        `shown` is the change of SHOWN, direction by direction.
         """
-        model, layout = self.model, self.model.layout
-        y, z = (model.state, model.drive, model.p.vector), model.unknown()
-        dy = [ca.SX.sym(f"d{i}", v.numel(), directions) for i, v in enumerate(y)]
-        residual, following = self._equations(z)
-        by_y = ca.jtimes(residual, ca.vertcat(*y), ca.vertcat(*dy))
-        order = self._order()
-        jacobian = ca.jacobian(residual, z.vector())[order, order]
-        solution = elimination.solve(jacobian, -by_y[order, :])
-        dz = solution[np.argsort(order).tolist(), :]
-        whole = ca.vertcat(z.vector(), *y)
-        result = ca.cse(ca.jtimes(following, whole, ca.vertcat(dz, *dy)))
-        inputs = [dy[0], z.vector(), *y, dy[1], dy[2]]
-        shown = [result[layout.slice_of(name), :] for name in ("voltage_V", "temperature_K")]
-        return ca.Function("tangent", inputs, [result, ca.vertcat(*shown)])
+        model, size = self.model, self.model.layout.size
+        carried, after = ca.MX.sym("carried", size * (1 + directions)), ca.MX.sym("after", size)
+        given = [ca.MX.sym("given", v.numel()) for v in (model.drive, model.p.vector)]
+        changes = [ca.MX.sym("d", v.numel(), directions) for v in given]
+        state, *dstates = ca.vertsplit(carried, size)
+        shared, along = self._split()
+        known = shared(self._solved(after, state), state, *given)
+        dy = zip(dstates, *map(ca.horzsplit, changes), strict=True)
+        out = [along(known, *own) for own in dy]
+        whole = [ca.vertcat(after, *(o[0] for o in out)), ca.vertcat(*(o[1] for o in out))]
+        return ca.Function("tangent", [carried, after, *given, *changes], whole)
 
-    def _equations(self, z: Unknown) -> tuple[ca.SX, ca.SX]:
-        """F, in the order of `Unknown.vector`, and G."""
-        model = self.model
-        ready = model.prepared()
+    def _split(self) -> tuple[ca.Function, ca.Function]:
+        """What all directions share, and the change along one of them.
+
+        (z, state, drive, p) -> shared
+        (shared, dstate, ddrive, dp) -> (dstate after, of it SHOWN).
+        """
+        change = self._change()
+        given = [ca.SX.sym(change.name_in(i), change.size_in(i)) for i in range(change.n_in())]
+        at, along = given[:4], given[4:]
+        known, values, result = split(change(*given), ca.vertcat(*at), ca.vertcat(*along))
+        shown = ca.vertcat(*(result[self.model.layout.slice_of(name)] for name in SHOWN))
+        return (
+            ca.Function("shared", at, [values]),
+            ca.Function("along", [known, *along], [result, shown]),
+        )
+
+    def _solved(self, after: ca.MX, before: ca.MX) -> ca.MX:
+        """(unknowns,) z of a step that led from the state `before` to `after`."""
+        at, reactions = self.model.layout.slice_of, []
+        for key in ("n", "p"):
+            reaction, left = after[at(f"reaction_{key}")], f"left_{key}"
+            if self.model.ageing:  # see `StepModel._aged`
+                reaction *= after[at(left)] / before[at(left)]
+            reactions.append(reaction)
+        return ca.vertcat(*reactions, after[at("gap_V")], after[at("salt")])
+
+    def _change(self) -> ca.Function:
+        """(z, state, drive, p, dstate, ddrive, dp) -> change of the next state."""
+        model, eq = self.model, self._equations()
+        y, e, z = [model.state, model.drive, model.p.vector], eq.expected, eq.unknown.vector()
+        dy = [ca.SX.sym("d", v.numel()) for v in y]
+        order = model.layout.elimination_order()
+        nodes, last = e.numel(), e.numel() + z.numel()
+        no_e, no_z = ca.SX(nodes, 1), ca.SX(z.numel(), 1)
+        rule = ChainRule(ca.vertcat(eq.balance, eq.misses, eq.following), ca.vertcat(e, z, *y))
+        missed = rule.along(ca.vertcat(no_e, no_z, *dy))[:nodes, :]
+        de = _solution(eq.linear, -missed, order)
+        missed = rule.along(ca.vertcat(de, no_z, *dy))[nodes:last, :]
+        dz = _solution(ca.jacobian(eq.misses, z), -missed, self._order())
+        change = rule.along(ca.vertcat(de, dz, *dy))[last:, :]
+        at = ca.Function("at", [e, z, *y, *dy], [change])
+        expected = ca.Function("expected", y, [_solution(eq.linear, eq.made, order)])
+        return ca.Function("change", [z, *y, *dy], [at(expected(*y), z, *y, *dy)])
+
+    def _equations(self) -> Equations:
+        model, old = self.model, self.model.old
+        z, expected, begun = model.unknown(), ca.SX.sym("e", model.layout.nodes), model.begun()
+        porosity = begun.porosity if begun else None
+        linear, moved, made = model.electrolyte.balance(old, model.drive[0], porosity)
+        moved += linear @ old["salt"]
+        response = ca.SX(model.layout.nodes, sum(model.layout.electrodes))
+        ready = model.ready(begun, expected, (z.salt, response))
         surfaces = model.surfaces(z, ready)
         (miss_n, missing_n), (miss_p, missing_p) = model.misses(z, ready, surfaces)
-        transfer = model.transfer((surfaces[0].total, surfaces[1].total))
-        salt = z.salt - ready.salt - ready.response @ transfer
+        before = made @ model.transfer(model.old_totals())
+        after = made @ model.transfer((surfaces[0].total, surfaces[1].total))
+        salt = linear @ z.salt - moved - (before + after) / 2
         answers = ca.SX.zeros(sum(model.layout.electrodes))  # only a guess: nothing depends on it
         following, _ = model.finished(z, answers, ready)
-        return ca.vertcat(miss_n, miss_p, missing_n, missing_p, salt), following
+        return Equations(
+            expected=expected,
+            unknown=z,
+            linear=linear,
+            made=moved + before,
+            balance=linear @ expected - moved - before,
+            misses=ca.vertcat(miss_n, miss_p, missing_n, missing_p, salt),
+            following=following,
+        )
 
     def _order(self) -> list[int]:
-        """Positions in `Unknown.vector` as they are eliminated: salt, negative, positive."""
-        n, p = self.model.layout.electrodes
-        salt = range(n + p + 2, n + p + 2 + self.model.layout.nodes)
-        return [*salt, *range(n), n + p, *range(n, n + p), n + p + 1]
+        """Positions in `Unknown.vector` as they are eliminated: reactions, gaps, salt.
+
+        Reactions see the salt of their own electrode, whose nodes see each other anyway: they fill
+        no zero of the salt's equations.
+        """
+        first = sum(self.model.layout.electrodes) + 2
+        return [*range(first), *(first + i for i in self.model.layout.elimination_order())]
+
+
+def _solution(matrix: ca.SX, rhs: ca.SX, order: list[int]) -> ca.SX:
+    """(n,) x with matrix @ x = rhs; `order` is that of the pivots."""
+    solution = elimination.solve(matrix[order, order], rhs[order, :])
+    return solution[np.argsort(order).tolist(), :]

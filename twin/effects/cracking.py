@@ -53,9 +53,14 @@ class Cracking:
 
 
 def growth_m_s(stress_Pa: ca.SX, length_m: ca.SX, rate: ca.SX, exponent: ca.SX) -> ca.SX:
-    """(n,) speed of the crack tip; none under compression."""
+    """(n,) speed of the crack tip; none under compression.
+
+    A power is formed only of what is above 0: by its exponent, that of 0 has no derivative.
+    """
     intensity = GEOMETRY * ca.fmax(stress_Pa, 0.0) * ca.sqrt(ca.pi * length_m)
-    return rate / PER_CYCLE_s * intensity**exponent
+    opening = intensity > 0
+    power = ca.if_else(opening, intensity, 1.0) ** exponent
+    return rate / PER_CYCLE_s * ca.if_else(opening, power, 0.0)
 
 
 def roughness(length_m: ca.SX, density_1_m2: ca.SX, width_m: ca.SX) -> ca.SX:

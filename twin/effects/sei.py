@@ -10,6 +10,7 @@ from twin.effects.effect import STRENGTH, Parameter
 JUMP_s = 1.0
 """A step of no length asks for a current, not for growth: that of the coming second. On a fresh
 crack (1e-13 m) the instantaneous one is amperes for a millisecond."""
+NO_FILM = 1e-100  # mol/m3; keeps the root of a film that is not there, and does not grow, from 0/0
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -84,6 +85,8 @@ def grown(
         is d(amount)/dt = area**2 permeability / (molar_volume amount): the square grows steadily.
     """
     slope = permeability * area_m2_m3**2 / molar_volume
-    after = ca.sqrt(amount**2 + 2 * slope * step_s)
     averaged_s = ca.if_else(step_s > 0, step_s, JUMP_s)
-    return after, 2 * slope / (ca.sqrt(amount**2 + 2 * slope * averaged_s) + amount)
+    after, averaged = (
+        ca.sqrt(ca.fmax(amount**2 + 2 * slope * t, NO_FILM**2)) for t in (step_s, averaged_s)
+    )
+    return after, 2 * slope / (averaged + amount)
