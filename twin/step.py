@@ -307,7 +307,7 @@ class StepModel:
         """(n,) of an electrode after the step, `reaction` flowing at its end."""
         begun = Begun.unpacked(ready.begun) if self.ageing else None
         start = self.start_currents(begun)[0 if side is self.negative else 1]
-        before = self._old[f"hysteresis_{side.key}"]
+        before = self.old[f"hysteresis_{side.key}"]
         return side.hysteresis(before, (start, reaction), self.drive[0])
 
     def misses(
