@@ -3,7 +3,6 @@
 import numpy as np
 import pytest
 
-from twin import population as population_module
 from twin.builtin import load_cell
 from twin.load import Load
 from twin.pack import Pack, PackError
@@ -26,11 +25,10 @@ def test_each_member_is_what_a_simulation_of_it_gives() -> None:
     assert np.all(many.stopped_s == T_S[-1])
 
 
-def test_processes_give_the_same_numbers_in_the_same_order(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(population_module, "WORTH_A_WORKER", 3)
+def test_threads_give_the_same_numbers_in_the_same_order() -> None:
     radii = np.linspace(3e-6, 9e-6, 11)[:, None]
     alone, shared = (
-        population(PACK, LOAD, ["negative.particle_radius_m"], radii, workers=w) for w in (1, 2)
+        population(PACK, LOAD, ["negative.particle_radius_m"], radii, workers=w) for w in (1, 3)
     )
     assert np.array_equal(alone.voltage_V, shared.voltage_V)
     assert np.array_equal(alone.temperature_K, shared.temperature_K)

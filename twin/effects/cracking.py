@@ -55,11 +55,11 @@ class Cracking:
 def growth_m_s(stress_Pa: ca.SX, length_m: ca.SX, rate: ca.SX, exponent: ca.SX) -> ca.SX:
     """(n,) speed of the crack tip; none under compression.
 
-    A power is formed only of what is above 0: by its exponent, that of 0 has no derivative.
+    The power is that of exp and log, of what is above 0 only: so it has a derivative everywhere.
     """
     intensity = GEOMETRY * ca.fmax(stress_Pa, 0.0) * ca.sqrt(ca.pi * length_m)
     opening = intensity > 0
-    power = ca.if_else(opening, intensity, 1.0) ** exponent
+    power = ca.exp(exponent * ca.log(ca.if_else(opening, intensity, 1.0)))
     return rate / PER_CYCLE_s * ca.if_else(opening, power, 0.0)
 
 
