@@ -57,9 +57,8 @@ def main() -> None:
             one_s = median_s(partial(simulate, pack, load))
             all_s = median_s(partial(sensitivity, pack, load, NAMES[:k]))
             cost = (all_s - one_s) / k / one_s
-            print(
-                f"{bool(effects)} | {k} | {1e3 * one_s:.0f} ms | {1e3 * all_s:.0f} ms | {cost:.2f}"
-            )
+            times = f"{1e3 * one_s:.0f} ms | {1e3 * all_s:.0f} ms"
+            print(f"{'yes' if effects else 'no'} | {k} | {times} | {cost:.2f}")
 
 
 if __name__ == "__main__":

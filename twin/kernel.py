@@ -32,7 +32,13 @@ class Backend(Enum):
 
 
 class Kernel(Protocol):
-    """A loop over a function (carried, each..., fixed...) -> (carried, out)."""
+    """A loop over a function (carried, each..., fixed...) -> (carried, out).
+
+    Attributes:
+        at_once: steps a call that suit it, where the caller is free to choose.
+    """
+
+    at_once: int
 
     def __call__(
         self, carried: FloatArray, each: Sequence[FloatArray], fixed: Sequence[FloatArray]
@@ -140,6 +146,8 @@ class CompiledLoop:
     addresses of a dozen arrays.
     """
 
+    at_once = 64  # what is carried stays in the processor's cache
+
     def __init__(self, library: Path, function: ca.Function) -> None:
         self._loop = ctypes.CDLL(str(library)).loop
         self._loop.argtypes = [ctypes.c_longlong, *[ctypes.c_void_p] * 2, ctypes.c_longlong,
@@ -194,6 +202,8 @@ class CompiledLoop:
 
 class VirtualLoop:
     """CHUNK steps a call of CasADi's own loop."""
+
+    at_once = CHUNK
 
     def __init__(self, function: ca.Function) -> None:
         self._one, self._many = function, function.mapaccum(CHUNK)

@@ -26,7 +26,7 @@ FloatArray = npt.NDArray[np.float64]
 
 DIRECTIONS = (1, 4, 16)
 """Parameters that a kernel takes at once, those that are not asked for being idle: what they share
-costs as much as three of them (benchmarks/sensitivity.py), and each kernel is compiled once."""
+costs as much as two or three (benchmarks/sensitivity.py), and each kernel is compiled once."""
 DIFFERENCE = 1e-5
 """Relative, of the central difference of starting state and kernel's parameters by a number. Those
 are products and quotients of the numbers, so that it is right to 1e-10."""
@@ -132,9 +132,12 @@ def _carry_kind(
     carried = np.concatenate([run.model.states(run.initial)[kind], state.ravel()])
     out = [np.zeros((0, 2 * k))]
     for taken in run.taken or []:
-        carries, shown = many(carried, [run.model.states(taken.after)[:, kind], taken.drive], fixed)
-        carried = carries[-1]
-        out.append(shown)
+        after = run.model.states(taken.after)[:, kind]
+        for at in range(0, after.shape[0], many.at_once):
+            span = slice(at, at + many.at_once)
+            carries, shown = many(carried, [after[span], taken.drive[span]], fixed)
+            carried = carries[-1]
+            out.append(shown.copy())  # a view would keep all that was carried
     return np.concatenate(out).reshape(-1, k, 2)[:, : len(names)].transpose(2, 0, 1)
 
 
