@@ -5,9 +5,10 @@ from typing import TYPE_CHECKING
 import casadi as ca
 
 from twin import elimination
+from twin.stages import Ready, Surface, Unknown
 
 if TYPE_CHECKING:
-    from twin.step import Ready, StepModel, Surface, Unknown
+    from twin.step import StepModel
 
 CONVERGED_V = 3e-4
 """Newton stops when a correction moves no potential by more: being quadratic, what is left after it
@@ -15,7 +16,7 @@ was measured to be below 1e-6 V."""
 MAX_ITERATIONS = 8
 
 
-def corrected(model: "StepModel", z: "Unknown", ready: "Ready") -> tuple[ca.SX, ca.SX, ca.SX]:
+def corrected(model: "StepModel", z: Unknown, ready: Ready) -> tuple[ca.SX, ca.SX, ca.SX]:
     """(unknowns,) z after one iteration, and () the largest change of a potential [V].
 
     Also (n + p,) how the reactions answer a change of the current: the next step's first guess.
@@ -48,7 +49,7 @@ def corrected(model: "StepModel", z: "Unknown", ready: "Ready") -> tuple[ca.SX, 
 
 
 def _slopes(  # noqa: PLR0913
-    model: "StepModel", z: "Unknown", ready: "Ready", k: int, surface: "Surface", nodes: slice
+    model: "StepModel", z: Unknown, ready: Ready, k: int, surface: Surface, nodes: slice
 ) -> tuple[ca.SX, ca.SX, ca.SX]:
     """How electrode k answers a change of its reactions.
 

@@ -19,7 +19,6 @@ a jump.
 """
 
 from collections.abc import Mapping
-from dataclasses import dataclass
 
 import casadi as ca
 import numpy as np
@@ -41,9 +40,9 @@ from twin.parameters import (
     hysteresis_parameters,
     mechanics_parameters,
 )
+from twin.stages import Both, Ready, Side, Surface, Unknown
 
 FloatArray = npt.NDArray[np.float64]
-Both = tuple[ca.SX, ca.SX]
 
 DRIVE = ("step_s", "current_A", "ambient_K", "heat_transfer_W_m2_K", "self_heating")
 """What drives a step: its length, the current of one cell at its end, and self-heating 0 or 1."""
@@ -58,94 +57,6 @@ OUTPUTS = (
 )
 """Of a step, for one cell; `surface_margin` is the least distance of a surface stoichiometry from 0
 and 1, `negative_mean` the negative electrode's mean stoichiometry."""
-
-
-@dataclass(frozen=True, slots=True)
-class Unknown:
-    """What Newton's method is after.
-
-    Attributes:
-        reactions: in the negative and positive electrode, (n,) each [A/m2].
-        gap_V: (2,) phi_s - phi_e of both at the separator.
-        salt: (nodes,) that follows from the reactions [mol/m3].
-    """
-
-    reactions: Both
-    gap_V: ca.SX
-    salt: ca.SX
-
-    def vector(self) -> ca.SX:
-        """All of it."""
-        return ca.vertcat(*self.reactions, self.gap_V, self.salt)
-
-
-@dataclass(frozen=True, slots=True)
-class Side:
-    """What a step knows of one electrode before its equations are solved.
-
-    Attributes:
-        modes: of the particles (n, modes) for an end current of 0.
-        lost: what each mode loses per end current, (n or 1, modes).
-        surface: (n,) sum of the modes.
-        gain: (n,) sum of what they lose.
-        losses_ohm_m2: (n, n) `ElectrodeSymbols.losses_ohm_m2`.
-    """
-
-    modes: ca.SX
-    lost: ca.SX
-    surface: ca.SX
-    gain: ca.SX
-    losses_ohm_m2: ca.SX
-
-    def all(self) -> list[ca.SX]:
-        """One after the other."""
-        return [self.modes, self.lost, self.surface, self.gain, self.losses_ohm_m2]
-
-
-@dataclass(frozen=True, slots=True)
-class Ready:
-    """What a step knows before its equations are solved.
-
-    Attributes:
-        sides: of the negative and positive electrode.
-        separator_ohm_m2: () of the electrolyte in it.
-        salt: (nodes,) after the step, but for
-        response: (nodes, n + p) salt per current that leaves the solid at the end of the step.
-        begun: (n, fields) of `Begun`; empty without ageing.
-    """
-
-    sides: tuple[Side, Side]
-    separator_ohm_m2: ca.SX
-    salt: ca.SX
-    response: ca.SX
-    begun: ca.SX
-
-    def all(self) -> list[ca.SX]:
-        """One after the other."""
-        own = [self.separator_ohm_m2, self.salt, self.response, self.begun]
-        return [*self.sides[0].all(), *self.sides[1].all(), *own]
-
-    def alike(self) -> "Ready":
-        """Symbols of the same shapes."""
-        new = [ca.SX.sym("ready", *value.shape) for value in self.all()]
-        return Ready((Side(*new[:5]), Side(*new[5:10])), *new[10:])
-
-
-@dataclass(frozen=True, slots=True)
-class Surface:
-    """Of one electrode's particles at the end of a step; all (n,).
-
-    Attributes:
-        needed_V: phi_s - phi_e that the reaction and the films take.
-        total: current through the surface, side reactions included [A/m2].
-        strip: the part of it that strips plated lithium.
-        plated: metallic lithium after the step; empty without ageing.
-    """
-
-    needed_V: ca.SX
-    total: ca.SX
-    strip: ca.SX
-    plated: ca.SX
 
 
 class StepModel:
@@ -242,7 +153,7 @@ class StepModel:
             (sides[0], sides[1]),
             between * self.p["separator.thickness_m"],
             *salt,
-            begun.packed() if begun else ca.SX(0, 0),
+            begun.packed() if begun else ca.SX.zeros(1),
         )
 
     def start_currents(self, begun: Begun | None) -> Both:

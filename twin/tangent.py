@@ -16,7 +16,8 @@ import numpy as np
 
 from twin import elimination
 from twin.chain_rule import ChainRule, split
-from twin.step import StepModel, Unknown
+from twin.stages import Unknown
+from twin.step import StepModel
 
 SHOWN = ("voltage_V", "temperature_K")
 
