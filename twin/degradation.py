@@ -141,12 +141,13 @@ class DegradationSymbols:
         }
         rate, exponent = p["cracking.paris_rate"], p["cracking.paris_exponent"]
         speed = [cracking.growth_m_s(t, old["crack_m"], rate, exponent) for t in tension["n"]]
+        grown_m = p["cracking.strength"] * step_s * (speed[0] + speed[1]) / 2
         out = {
             "film": begun.film,
             "crack_film": begun.crack_film,
             "plated": plated,
             "dead": old["dead"] + step_s * begun.decay_1_s * plated,
-            "crack_m": old["crack_m"] + p["cracking.strength"] * step_s * (speed[0] + speed[1]) / 2,
+            "crack_m": ca.fmin(old["crack_m"] + grown_m, self.negative("particle_radius_m")),
             "porosity": begun.porosity,
         }
         for key, side in (("n", self.negative), ("p", self.positive)):

@@ -244,3 +244,9 @@ def test_side_reactions_leave_the_salt_as_it_was(m50: Cell, current_A: float) ->
     assert lost_mol(solution, "plated") > 1e-9
     start, end = solution.audit.electrolyte_mol
     assert end == pytest.approx(start, rel=1e-13)
+
+
+def test_a_crack_that_runs_away_ends_where_its_particle_does(m50: Cell) -> None:
+    law = Cracking(paris_exponent=4.0)  # finite-time singularity for m > 2
+    model_end = simulate(Pack(cell=m50, effects=(law, SeiOnCracks())), flight()).require().end_state
+    assert np.isfinite(model_end).all()

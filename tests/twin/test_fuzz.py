@@ -23,11 +23,11 @@ def test_random_protocols_end_with_a_status_and_every_atom_counted(first: int) -
     assert [o.seed for o in outcomes if o.status is Status.NOT_CONVERGED] == []
 
 
-@pytest.mark.parametrize(("seed", "end"), [(27, Status.DONE), (188, Status.LOWER_CUT_OFF)])
-def test_a_hold_that_jumps_the_current_of_a_brimming_electrode(seed: int, end: Status) -> None:
+@pytest.mark.parametrize("seed", [36, 57])  # not solved with twelve tries instead of MAX_TRIES
+def test_a_hold_that_needs_many_tries_is_solved(seed: int) -> None:
     got = fuzz.outcome("protocol", seed)
     assert not got.faults
-    assert got.status is end
+    assert got.status is not Status.NOT_CONVERGED
 
 
 def not_a_number(s: Solution) -> Solution:

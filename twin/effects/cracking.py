@@ -13,7 +13,10 @@ PER_CYCLE_s = 3600.0  # Paris' law is per cycle: one an hour, as in O'Kane 2022
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Cracking:
-    """Paris' law: dl/dt = k K**m / 3600 s with K = 1.12 sigma sqrt(pi l)."""
+    """Paris' law: dl/dt = k K**m / 3600 s with K = 1.12 sigma sqrt(pi l).
+
+    With m > 2 it runs away in finite time; a crack ends where its particle does, at the radius.
+    """
 
     strength: float = 1.0
     paris_rate: float = 3.9e-20
