@@ -1,0 +1,1 @@
+"""From reference tests of a pack to the parameters of its cells."""
