@@ -15,6 +15,13 @@ from twin.calibrate.cell_map import FILLERS, SIDES, START_V, CellMap, Infeasible
 from twin.calibrate.parameters import FILLER_STD, Parameter, cell_table, start_parameters
 from twin.calibrate.reference import ReferenceTest
 from twin.calibrate.resample import Sampled
+from twin.effects import (
+    AGEING,
+    AnyEffect,
+    FilmResistance,
+    Sei,
+    SeriesResistance,
+)
 from twin.kernel import Backend
 from twin.load import Load
 from twin.pack import Pack
@@ -253,13 +260,23 @@ def labelled_C(pack: Pack) -> float:
 
 
 def single_cell(pack: Pack) -> Pack:
-    """The mean cell of `pack` alone, without ageing."""
-    return replace(
-        pack,
-        series=1,
-        parallel=1,
-        capacity_C=None if pack.capacity_C is None else pack.capacity_C / pack.parallel,
-    )
+    """The mean cell of `pack` alone, its share of a resistance in series in it, without ageing.
+
+    Of what ages only the resistance of the first film remains: the rest takes many cycles, in a
+    reference test it changes nothing that can be seen.
+    """
+    share = pack.parallel / pack.series
+    effects: list[AnyEffect] = []
+    for e in pack.effects:
+        if isinstance(e, SeriesResistance):
+            effects.append(SeriesResistance(resistance_ohm=e.resistance_ohm * share))
+        elif isinstance(e, Sei):
+            film = e.strength * e.resistivity_ohm_m * e.initial_thickness_m
+            effects.append(FilmResistance(negative_ohm_m2=film))
+        elif not isinstance(e, AGEING):
+            effects.append(e)
+    capacity_C = None if pack.capacity_C is None else pack.capacity_C / pack.parallel
+    return replace(pack, series=1, parallel=1, capacity_C=capacity_C, effects=tuple(effects))
 
 
 def _fillers(pack: Pack) -> FloatArray:

@@ -102,15 +102,16 @@ def problem_of(
 ) -> Problem:
     """What is to be fitted; `only` names the parameters of the cell that are free, None all.
 
-    CalibrationError without a test, with two of one name, or a pack whose cells age or differ.
+    CalibrationError without a test, with two of one name, or a pack whose cells differ.
     """
     if not tests:
         raise CalibrationError("no test to calibrate from")
     if len({t.name for t in tests}) < len(tests):
         raise CalibrationError("two tests have the same name: rename one")
-    if pack.ages or pack.stressed or pack.weak:
+    if pack.stressed or pack.weak:
         raise CalibrationError(
-            "the pack ages, or its cells differ: calibrate without those effects in the pack file"
+            "the cells of this pack differ, or stress enhances their diffusion: calibrate without "
+            "those effects in the pack file"
         )
     return Problem(pack, [sampled(t, labelled_C(pack)) for t in tests], only=only)
 
