@@ -9,9 +9,9 @@ from pathlib import Path
 import click
 
 from analyze.checks import WrongUse, checked_pack, make_writable
+from analyze.interrupt import asked_to_stop
 from analyze.names import printable
 from analyze.workbench.drawn import pack_alone, pack_lines, refusing
-from analyze.workbench.interrupt import asked_to_stop
 from analyze.workbench.listing import print_table
 from analyze.workbench.watch import watching
 from reports.quantity import MISSING
