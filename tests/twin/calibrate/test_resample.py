@@ -8,7 +8,7 @@ import pytest
 from tests.twin.calibrate.synthetic import PROTOCOLS, cell_pack, empty_tests
 from twin.calibrate.objective import Problem
 from twin.calibrate.reference import ReferenceTest
-from twin.calibrate.resample import noise_of, phases, sampled
+from twin.calibrate.resample import local_means, noise_of, phases, sampled
 from twin.calibrate.run import problem_of
 from twin.load import Between
 
@@ -66,6 +66,15 @@ def test_noise_is_seen_in_a_voltage_that_moves() -> None:
         voltage_V=4.0 - 1e-4 * t - 0.1 * (t >= 2500) + 2e-3 * random.standard_normal(t.size),
     )  # fmt: skip
     assert noise_of(test) == pytest.approx(2e-3, rel=0.05)  # 5000 samples: 2 % of the median
+
+
+def test_a_mean_over_uneven_times_keeps_a_slope() -> None:
+    t = np.array([0.0, 1, 2, 3, 4, 7, 10, 13, 16, 19, 22, 25, 28])
+    test = ReferenceTest(name="t", time_s=t, current_A=np.ones(t.size), voltage_V=4.0 - 1e-3 * t)
+    index = np.array([0, 4, 8, 12])
+    voltage_V, count = local_means(test, index, np.array([0]))
+    assert count.tolist() == [1, 5, 5, 1]
+    assert voltage_V == pytest.approx(test.voltage_V[index], abs=1e-12)
 
 
 def test_a_current_that_runs_straight_keeps_every_sample() -> None:
