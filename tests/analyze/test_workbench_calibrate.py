@@ -1,7 +1,10 @@
 """`twin calibrate`: files, words and exit codes."""
 
 import json
+import os
+import signal
 import tomllib
+from collections.abc import Iterator
 from pathlib import Path
 
 import numpy as np
@@ -12,7 +15,9 @@ from analyze.pack_choice import cell_of, read_pack
 from analyze.start import pack_of, pack_use
 from analyze.workbench.__main__ import main
 from tests.twin.calibrate.synthetic import NOISE_V, cell_pack, measured
+from twin.calibrate.objective import Problem
 from twin.calibrate.reference import ReferenceTest
+from twin.calibrate.run import Progress, fit
 from twin.load import Between, Load
 from twin.simulate import simulate
 
@@ -91,3 +96,20 @@ def test_options_that_cannot_be_used_are_named(tmp_path: Path) -> None:
     assert (result.exit_code, "expected a name in .toml" in result.output) == (2, True)
     result = call(tmp_path, file, "--resume")
     assert (result.exit_code, "holds no earlier fit" in result.output) == (2, True)
+
+
+def test_what_was_found_before_an_interrupt_is_written(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def interrupted(problem: Problem, **options: object) -> Iterator[Progress]:
+        for best in fit(problem, **options):  # type: ignore[arg-type]
+            os.kill(os.getpid(), signal.SIGINT)
+            yield best
+
+    monkeypatch.setattr("analyze.workbench.calibrate.fit", interrupted)
+    file, _ = put_test(tmp_path)
+    result = call(tmp_path, file)
+    assert result.exit_code == 130, result.output
+    assert "--resume goes on from it" in result.output
+    assert (tmp_path / "out" / "new.fit.json").exists()
+    assert read_pack(tmp_path / "out" / "new.toml").file.pack.series == 4
