@@ -29,6 +29,7 @@ def main() -> None:
         begun = time.perf_counter()
         problem = problem_of(pack, tests)
         *_, last = fit(problem)
+        problem = last.problem
         seconds = time.perf_counter() - begun
         told = answer(problem, last.q)
         whole = fitted(problem, last.q, tests)

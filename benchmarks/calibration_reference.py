@@ -47,6 +47,7 @@ def _calibrate(case: CalibrationCase) -> None:
     begun = time.perf_counter()
     problem = problem_of(pack, tests)
     *_, best = fit(problem)
+    problem = best.problem
     seconds = time.perf_counter() - begun
     shown = fitted(problem, best.q, tests)
     truth = [rms(f.simulated_V - case.tests[f.name].voltage_V) for f in shown]

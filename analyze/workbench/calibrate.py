@@ -67,7 +67,7 @@ def run(request: Request) -> int:
     for text in doubts:
         click.echo(f"doubtful {text}", err=True)
     best, interrupted = _fitted(problem, start)
-    found = conclude(problem, best.q, tests, cross_validate=not interrupted)
+    found = conclude(best.problem, best.q, tests, cross_validate=not interrupted)
     with _refusing():
         write_whole(request.cell_file, cell_text(found))
         text = pack_text(found, pack, choice.file, cell=request.cell_file.name)

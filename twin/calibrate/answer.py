@@ -135,6 +135,12 @@ def answer(problem: Problem, q: FloatArray) -> Answer:
     )
 
 
+def excess_of(problem: Problem, residuals: FloatArray) -> FloatArray:
+    """(tests,) variance of what each test leaves over what was expected, correlation counted."""
+    parts = _parts([t.at.size for t in problem.tests])
+    return np.array([np.mean(residuals[p] ** 2) * correlation_time(residuals[p]) for p in parts])
+
+
 def correlation_time(residuals: FloatArray) -> float:
     """How many samples tell as much as one: 1 + 2 sum of autocorrelations, at least 1.
 

@@ -13,7 +13,7 @@ import numpy as np
 import numpy.typing as npt
 
 from twin.calibrate.advice import Advice, advise
-from twin.calibrate.answer import Answer, answer
+from twin.calibrate.answer import Answer, answer, excess_of
 from twin.calibrate.cell_map import Infeasible
 from twin.calibrate.checks import Fitted, fitted, predicted
 from twin.calibrate.objective import Problem, labelled_C
@@ -29,6 +29,7 @@ FloatArray = npt.NDArray[np.float64]
 WINDOWS = ("negative.stoichiometry_max", *EMPTY_ENDS, "capacity_C", "series_resistance_ohm")
 STARTS = (0.0, -1.5, 1.5)  # of the first of WINDOWS
 EXPLAINED = 1.3  # mean square of the residuals over what was expected: nothing to search for
+ROUNDS, SETTLED = 5, 0.2  # of weights; largest change of a logarithm of one that is none
 WHOLE_TEST = 0.5  # of the capacity: a test that draws less shows no window
 
 
@@ -63,12 +64,14 @@ class Progress:
 
     Attributes:
         stage: what is being done, in a word.
+        problem: whose coordinates they are; its tests weigh less where the model misses them.
         q: (k,) coordinates.
-        cost: half the sum of squared residuals.
+        cost: half the sum of squared residuals of `problem`.
         rms_V: measured minus simulated, root mean square over the compared samples.
     """
 
     stage: str
+    problem: Problem
     q: FloatArray
     cost: float
     rms_V: float
@@ -130,6 +133,7 @@ def fit(
         yield best
     assert best is not None
     if search is None or best.cost < EXPLAINED * 0.5 * sum(t.at.size for t in problem.tests):
+        yield from _reweighted(best)
         return
     low, high = problem.bounds
     unit = (best.q - low) / (high - low)
@@ -137,7 +141,33 @@ def fit(
         if found.cost < best.cost:
             best = _progress(problem, "search", low + found.point * (high - low), found.cost)
         yield best
-    yield from (p for p in _polished(problem, best.q) if p.cost <= best.cost)
+    for polished in _polished(problem, best.q):
+        if polished.cost <= best.cost:
+            yield (best := polished)
+    yield from _reweighted(best)
+
+
+def _reweighted(best: Progress) -> Iterator[Progress]:
+    """Least squares again, tests weighed by what the model misses in them, until that stays.
+
+    What was expected of the residuals knows of noise alone. Where the model itself is off, and the
+    same way in many samples, they would drive parameters far from their prior to no purpose.
+    """
+    expected = [t.sigma_V for t in best.problem.tests]
+    for _ in range(ROUNDS):
+        problem = best.problem
+        scale = np.sqrt(excess_of(problem, problem.residuals(best.q)))
+        tests = [
+            replace(t, sigma_V=np.maximum(least_V, t.sigma_V * s))
+            for t, least_V, s in zip(problem.tests, expected, scale.tolist(), strict=True)
+        ]
+        ratios = [a.sigma_V / b.sigma_V for a, b in zip(tests, problem.tests, strict=True)]
+        if np.abs(np.log(np.concatenate(ratios))).max() < SETTLED:
+            return
+        weighed = problem.of_other_tests(tests)
+        for polished in _polished(weighed, best.q):
+            best = polished
+            yield best
 
 
 def conclude(
@@ -232,4 +262,4 @@ def _progress(problem: Problem, stage: str, q: FloatArray, cost: float) -> Progr
     error = problem.residuals(q)[: sum(t.at.size for t in problem.tests)]
     sigma_V = np.concatenate([t.sigma_V for t in problem.tests])
     rms_V = float(np.sqrt(np.mean((error * sigma_V) ** 2)))
-    return Progress(stage=stage, q=q, cost=cost, rms_V=rms_V)
+    return Progress(stage=stage, problem=problem, q=q, cost=cost, rms_V=rms_V)

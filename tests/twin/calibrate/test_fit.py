@@ -1,5 +1,6 @@
 """A whole calibration: what it recovers, what it says it does not know."""
 
+from dataclasses import replace
 from functools import cache
 
 import numpy as np
@@ -25,7 +26,7 @@ def calibrated() -> tuple[Calibration, FloatArray, Problem]:
     tests, truth, blank = measured(pack, 1, ("0.1C", "2C"))
     problem = problem_of(pack, tests)
     *_, last = fit(problem)
-    return conclude(problem, last.q, tests, cross_validate=True), truth, blank
+    return conclude(last.problem, last.q, tests, cross_validate=True), truth, blank
 
 
 def _as_test(shown: Fitted) -> ReferenceTest:
@@ -96,6 +97,21 @@ def test_a_search_begins_where_least_squares_end_and_is_asked_only_if_they_miss(
         raise AssertionError
 
     list(fit(problem, start=start, search=never))  # type: ignore[arg-type]
+
+
+def test_a_test_that_the_model_misses_weighs_less() -> None:
+    pack = cell_pack()
+    (slow, fast), _, _ = measured(pack, 1, ("0.1C", "2C"))
+    wave_V = 0.05 * np.sin(fast.time_s / 200.0)  # of no cell
+    odd = replace(fast, voltage_V=fast.voltage_V + wave_V)
+    problem = problem_of(pack, [slow, odd])
+    *_, last = fit(problem)
+    weight = [
+        np.median(a.sigma_V / b.sigma_V)
+        for a, b in zip(last.problem.tests, problem.tests, strict=True)
+    ]
+    assert weight[1] > 5 * weight[0]
+    assert np.abs(last.q).max() < 5  # without, most parameters go to their bounds
 
 
 def test_correlated_residuals_count_less() -> None:
