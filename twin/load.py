@@ -8,6 +8,8 @@ import numpy.typing as npt
 
 FloatArray = npt.NDArray[np.float64]
 
+MAX_STEP_S = 1.0  # longer samples are cut: salt diffusion is first order in time
+
 
 class LoadError(ValueError):
     """The load cannot be simulated as given; the text says where and what to do."""
@@ -29,12 +31,14 @@ class Load:
         current_A: (n,) at the terminals of whatever it is applied to (cell or pack).
         between: how the current runs between the samples.
         ambient_K: temperature of the surroundings.
+        longest_step_s: samples that lie further apart are cut into steps no longer than this.
     """
 
     time_s: FloatArray
     current_A: FloatArray
     between: Between = Between.LINEAR
     ambient_K: float = 298.15
+    longest_step_s: float = MAX_STEP_S
 
     def __post_init__(self) -> None:
         for name in ("time_s", "current_A"):
@@ -51,6 +55,8 @@ class Load:
             bad = np.flatnonzero(~np.isfinite(getattr(self, name)))
             if bad.size:
                 raise LoadError(f"{name}[{bad[0]}] is not finite ({bad.size} such samples)")
+        if not self.longest_step_s > 0:
+            raise LoadError(f"longest_step_s = {self.longest_step_s}: expected more than zero")
         if (stuck := np.flatnonzero(np.diff(self.time_s) <= 0)).size:
             raise LoadError(
                 f"time_s[{stuck[0] + 1}] does not exceed the one before ({stuck.size} such steps)"

@@ -9,8 +9,6 @@ from twin.load import Between, Load
 
 FloatArray = npt.NDArray[np.float64]
 
-MAX_STEP_S = 1.0  # longer samples are cut: salt diffusion is first order in time
-
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Pieces:
@@ -30,10 +28,10 @@ class Pieces:
 
 
 def cut_into_pieces(load: Load, divisor: float) -> Pieces:
-    """`load` as pieces no longer than MAX_STEP_S, currents divided by `divisor`."""
+    """`load` as pieces no longer than its `longest_step_s`, currents divided by `divisor`."""
     current = load.current_A / divisor
     dt = np.diff(load.time_s)
-    parts = np.maximum(np.ceil(dt / MAX_STEP_S - 1e-9), 1).astype(int)
+    parts = np.maximum(np.ceil(dt / load.longest_step_s - 1e-9), 1).astype(int)
     hold = load.between is Between.HOLD
     ends = current[:-1] if hold else current[1:]
     sample = np.repeat(np.arange(1, current.size), parts)

@@ -61,7 +61,7 @@ def population(
         PackError: an unknown name.
         PopulationError: `values` do not fit `names`, or not a single worker.
     """
-    known_values(pack, load, names)
+    known_values(changeable(pack, load), names)
     table = np.array(values, dtype=float)
     if table.ndim != 2 or table.shape[1] != len(names):
         raise PopulationError(f"values {table.shape}: expected (members, {len(names)})")

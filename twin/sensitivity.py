@@ -4,7 +4,7 @@ The steps that the simulation accepted are gone through once more, carrying dsta
 (`tangent.py`). Times are not moved: what is after a change of the steps themselves does not exist.
 """
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 
@@ -64,14 +64,28 @@ def sensitivity(
     Raises:
         PackError: an unknown name.
     """
-    values = known_values(pack, load, names)
-    run = Run(pack, load, mesh, backend, None)
+    return sensitivity_of(Run(pack, load, mesh, backend, None), load, names, backend=backend)
+
+
+def sensitivity_of(
+    run: Run, load: Load, names: Sequence[str], *, numbers: Mapping[str, float] | None = None,
+    backend: Backend = Backend.AUTO,
+) -> Sensitivities:  # fmt: skip
+    """As `sensitivity`, of a `run` under `load` that has not begun; it is run here.
+
+    `numbers` are values for all of `changeable(run.pack, load)`; None takes those of the pack.
+    """
+    pack = run.pack
+    whole = dict(numbers or changeable(pack, load))
+    values = known_values(whole, names)
+    if numbers is not None:
+        run.change(whole)
     run.taken = []
     run.run()
     solution = solution_of(run, pack, load)
     done = sum(rows.shape[1] for rows in run.rows)
     parts = [
-        _carry(run, pack, load, tuple(names[i : i + DIRECTIONS[-1]]), backend)
+        _carry(run, whole, tuple(names[i : i + DIRECTIONS[-1]]), backend)
         for i in range(0, len(names), DIRECTIONS[-1])
     ]
     at = _last_steps(run)[sample_ends(run.pieces, done)]
@@ -87,9 +101,8 @@ def sensitivity(
     )
 
 
-def known_values(pack: Pack, load: Load, names: Sequence[str]) -> FloatArray:
-    """(k,) present values; PackError if one of `names` is not a number of this pack and load."""
-    there = changeable(pack, load)
+def known_values(there: Mapping[str, float], names: Sequence[str]) -> FloatArray:
+    """(k,) present values; PackError if one of `names` is not among them."""
     for name in names:
         if name not in there:
             raise PackError(f"parameter {name!r} is unknown: expected one of {', '.join(there)}")
@@ -108,10 +121,10 @@ def _built(model: StepModel, directions: int, backend: Backend) -> Kernel:
 
 
 def _carry(
-    run: Run, pack: Pack, load: Load, names: tuple[str, ...], backend: Backend
+    run: Run, whole: dict[str, float], names: tuple[str, ...], backend: Backend
 ) -> tuple[FloatArray, FloatArray]:
     """(steps, k) derivatives of the mean cell's voltage and temperature after each step."""
-    changes = _input_changes(run, pack, load, names)
+    changes = _input_changes(run, whole, names)
     kinds = [
         _carry_kind(run, kind, change, names, backend)
         for kind, change in enumerate(zip(*changes, strict=True))
@@ -152,15 +165,15 @@ def _unit(names: tuple[str, ...]) -> FloatArray:
 
 
 def _input_changes(
-    run: Run, pack: Pack, load: Load, names: tuple[str, ...]
+    run: Run, whole: dict[str, float], names: tuple[str, ...]
 ) -> tuple[FloatArray, FloatArray]:
     """By the numbers: first state (kinds, k, states) and parameters (kinds, k, p)."""
-    whole, kinds = changeable(pack, load), len(run.kinds)
+    kinds = len(run.kinds)
     states: list[FloatArray] = []
     parameters: list[FloatArray] = []
     for name in names:
         step = DIFFERENCE * (abs(whole[name]) or 1.0)
-        high, low = (cells_of(pack, whole | {name: whole[name] + s}) for s in (step, -step))
+        high, low = (cells_of(run.pack, whole | {name: whole[name] + s}) for s in (step, -step))
         for out, of in ((states, run.model.initial_state), (parameters, run.model.parameters)):
             out.append((of(high) - of(low)).reshape(kinds, -1) / (2 * step))
     return np.stack(states, axis=1), np.stack(parameters, axis=1)

@@ -212,6 +212,43 @@ def age(**options: object) -> None:
     _finish(command)
 
 
+@main.command()
+@click.argument("tests", metavar="TEST.csv...", nargs=-1, required=True, type=AnyFile)
+@click.option("--pack", type=AnyFile, required=True, help="The pack, as pack.toml describes it.")
+@click.option(
+    "--out",
+    type=click.Path(dir_okay=False, path_type=Path),
+    required=True,
+    help="Pack file to write, e.g. calibrated.toml; its cell and the fit lie beside it.",
+)
+@click.option(
+    "--between",
+    type=click.Choice(["hold", "linear"]),
+    default="hold",
+    show_default=True,
+    help="How the current runs between rows: held (programmed steps), or straight (a sensor).",
+)
+@click.option("--resume", is_flag=True, help="Go on from the fit that lies beside --out.")
+def calibrate(**options: object) -> None:
+    """Fit the parameters of a pack's cell to reference tests.
+
+    TEST.csv holds one test (0.1C, 2C, pulses, ...) at the terminals of the pack: columns whose
+    headers name quantity and unit, such as "Test Time / s", "Current / A", "Voltage / V". The
+    sign of the current is detected. The cell of the pack file is where the fit starts from, and
+    what remains where the tests tell nothing.
+
+    Writes a pack file, its cell as BPX (.bpx.json) and the fit (.fit.json: parameters with
+    standard errors and correlations, errors by test and state of charge, further tests worth
+    making).
+
+    The exit code is 0 if the fit came to its end, 2 if a file or an option cannot be used, 130
+    after Ctrl-C (the best so far is written).
+    """
+    from analyze.workbench.calibrate import Request, run  # late: --help must not wait for them
+
+    _finish(lambda: run(Request(**options)))  # type: ignore[arg-type]
+
+
 def _finish(command: Callable[[], int]) -> None:
     """Run it and leave with its exit code."""
     try:

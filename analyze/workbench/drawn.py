@@ -23,10 +23,9 @@ from reports.flight import PackUse
 from reports.quantity import ampere_hours, celsius, fixed
 from twin.bpx_file import CellError
 from twin.constants import ZERO_CELSIUS_K
-from twin.load import Between, Load, LoadError
+from twin.load import MAX_STEP_S, Between, Load, LoadError
 from twin.load_csv import read_load_csv
 from twin.pack import Pack, PackError
-from twin.pieces import MAX_STEP_S
 from twin.protocol import ProtocolError
 
 FloatArray = npt.NDArray[np.float64]

@@ -1,0 +1,169 @@
+"""`twin calibrate`: reference tests to a calibrated pack file."""
+
+import json
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+
+import click
+
+from analyze.checks import WrongUse, checked_pack, make_writable
+from analyze.interrupt import asked_to_stop
+from analyze.names import printable
+from analyze.workbench.drawn import pack_alone, pack_lines, refusing
+from analyze.workbench.listing import print_table
+from analyze.workbench.watch import watching
+from reports.quantity import MISSING
+from twin.calibrate.answer import Estimate
+from twin.calibrate.objective import Problem
+from twin.calibrate.out import cell_text, fit_text, pack_text
+from twin.calibrate.polish import MOST_STEPS
+from twin.calibrate.reference import ReferenceTest, reference_test
+from twin.calibrate.run import Calibration, Progress, conclude, fit, problem_of
+from twin.calibrate.table import CalibrationError, read_test
+from twin.load import Between
+from twin.pack import Pack
+from twin.whole_file import write_whole
+
+SHOWN_ADVICE = 3
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Request:
+    """The command line; `out` is the pack file to write."""
+
+    tests: tuple[Path, ...]
+    pack: Path
+    out: Path
+    between: str
+    resume: bool
+
+    def __post_init__(self) -> None:
+        if self.out.suffix != ".toml":
+            raise WrongUse(f"--out {click.format_filename(self.out)}: expected a name in .toml")
+
+    @property
+    def cell_file(self) -> Path:
+        """The calibrated cell, beside the pack file."""
+        return self.out.with_suffix(".bpx.json")
+
+    @property
+    def fit_file(self) -> Path:
+        """The fit, beside the pack file."""
+        return self.out.with_suffix(".fit.json")
+
+
+def run(request: Request) -> int:
+    """Fit, write and tell; the exit code."""
+    choice = checked_pack(request.pack)
+    with _refusing():
+        pack, use, doubts = pack_alone(choice)
+        tests = [_read(path, pack, request.between, use.ambient_K) for path in request.tests]
+        problem = problem_of(pack, tests)
+    make_writable(request.out.parent)
+    start = _earlier(request)
+    click.echo(pack_lines(use))
+    for text in doubts:
+        click.echo(f"doubtful {text}", err=True)
+    best, interrupted = _fitted(problem, start)
+    found = conclude(best.problem, best.q, tests, cross_validate=not interrupted)
+    with _refusing():
+        write_whole(request.cell_file, cell_text(found))
+        text = pack_text(found, pack, choice.file, cell=request.cell_file.name)
+        write_whole(request.out, text)
+        write_whole(request.fit_file, fit_text(found))
+    return _tell(request, found, interrupted=interrupted)
+
+
+@contextmanager
+def _refusing() -> Iterator[None]:
+    try:
+        with refusing():
+            yield
+    except CalibrationError as e:
+        raise WrongUse(str(e)) from e
+
+
+def _read(path: Path, pack: Pack, between: str, ambient_K: float) -> ReferenceTest:
+    name = printable(path.stem)
+    try:
+        with path.open(encoding="utf-8-sig", newline="") as stream:
+            table = read_test(stream, name=name)
+    except UnicodeDecodeError as e:
+        raise CalibrationError(f"{name}: no CSV: {e}") from e
+    return reference_test(table, pack, between=Between(between), ambient_K=ambient_K)
+
+
+def _earlier(request: Request) -> Mapping[str, float] | None:
+    """The values of the fit that is gone on from."""
+    if not request.resume:
+        return None
+    shown = click.format_filename(request.fit_file)
+    try:
+        values = json.loads(request.fit_file.read_text(encoding="utf-8"))["values"]
+        return {str(name): float(value) for name, value in values.items()}
+    except (OSError, ValueError, KeyError, TypeError, AttributeError) as e:
+        raise WrongUse(f"--resume: {shown} holds no earlier fit: {e}") from e
+
+
+def _fitted(problem: Problem, start: Mapping[str, float] | None) -> tuple[Progress, bool]:
+    """The best, and whether a person stopped it there."""
+    best, interrupted = None, False
+    with asked_to_stop("step") as stop, watching(MOST_STEPS, "steps") as tell:
+        for done, best in enumerate(fit(problem, start=start), start=1):
+            tell(done, f"{best.stage}: {1e3 * best.rms_V:.2f} mV a cell")
+            if interrupted := stop():
+                break
+    assert best is not None  # the first comes before anything can stop it
+    return best, interrupted
+
+
+HEADER = ("parameter", "value", "std", "90 % from", "to", "unit", "of the prior's std", "")
+
+
+def _rows(estimates: Sequence[Estimate]) -> list[tuple[str, ...]]:
+    return [
+        (
+            e.name,
+            f"{e.value:.5g}",
+            f"{e.std:.2g}",
+            f"{e.lower:.4g}",
+            f"{e.upper:.4g}",
+            e.unit or "1",
+            f"{e.left_of_prior:.0%}",
+            e.verdict.value,
+        )
+        for e in estimates
+    ]
+
+
+def _tell(request: Request, found: Calibration, *, interrupted: bool) -> int:
+    """What came of it; the exit code."""
+    print_table(HEADER, _rows((*found.answer.estimates, *found.answer.derived)))
+    rows = [
+        (
+            f.name,
+            f"{1e3 * f.rms_V:.2f}",
+            MISSING if f.held_out_rms_V is None else f"{1e3 * f.held_out_rms_V:.2f}",
+            f"{1e3 * f.noise_V:.2f}",
+        )
+        for f in found.fitted
+    ]
+    print_table(("rms per cell, mV", "fitted", "predicted from the others", "noise"), rows)
+    for text in found.remarks:
+        click.echo(f"note     {text}")
+    for advice in found.advice[:SHOWN_ADVICE]:
+        helped = "; ".join(f"{name} to {left:.0%}" for name, left in advice.helps)
+        click.echo(
+            f"further  {advice.name}: {advice.gain:.1f} nats"
+            + (f" (standard errors: {helped})" if helped else "")
+        )
+    names = ", ".join(
+        click.format_filename(p) for p in (request.out, request.cell_file, request.fit_file)
+    )
+    click.echo(f"written  {names}")
+    if interrupted:
+        click.echo("Interrupted: the best so far. --resume goes on from it.", err=True)
+        return 130
+    return 0

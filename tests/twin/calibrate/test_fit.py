@@ -1,0 +1,137 @@
+"""A whole calibration: what it recovers, what it says it does not know."""
+
+from dataclasses import replace
+from functools import cache
+
+import numpy as np
+import numpy.typing as npt
+import pytest
+
+from tests.twin.calibrate.synthetic import cell_pack, measured
+from twin.calibrate.answer import Verdict, correlation_time
+from twin.calibrate.checks import Fitted, rms
+from twin.calibrate.objective import Problem
+from twin.calibrate.reference import ReferenceTest
+from twin.calibrate.run import Calibration, conclude, fit, problem_of, values_by_name
+from twin.calibrate.table import CalibrationError
+from twin.effects import WeakCell
+from twin.pack import Pack
+
+FloatArray = npt.NDArray[np.float64]
+
+
+@cache
+def calibrated() -> tuple[Calibration, FloatArray, Problem]:
+    pack = cell_pack()
+    tests, truth, blank = measured(pack, 1, ("0.1C", "2C"))
+    problem = problem_of(pack, tests)
+    *_, last = fit(problem)
+    return conclude(last.problem, last.q, tests, cross_validate=True), truth, blank
+
+
+def _as_test(shown: Fitted) -> ReferenceTest:
+    return ReferenceTest(
+        name=shown.name, time_s=shown.time_s, current_A=shown.current_A,
+        voltage_V=shown.measured_V,
+    )  # fmt: skip
+
+
+def test_the_fit_reaches_the_noise() -> None:
+    for test in calibrated()[0].fitted:
+        assert test.rms_V == pytest.approx(2e-3, rel=0.15)  # 600 samples: 3 % for one deviation
+        assert test.noise_V == pytest.approx(2e-3, rel=0.2)
+        assert np.nanmax(test.rms_by_soc_V()) < 3e-3
+
+
+def test_a_held_out_test_is_predicted_far_better_than_by_the_cell_to_start_from() -> None:
+    found = calibrated()[0]
+    slow = found.fitted[0]
+    start = found.problem.replayed(0 * found.q, _as_test(slow), 4.2) - slow.measured_V
+    assert slow.held_out_rms_V is not None
+    assert slow.held_out_rms_V < 0.5 * rms(start[np.isfinite(start)])
+
+
+def test_the_truth_lies_within_the_errors_that_are_stated() -> None:
+    found, truth, blank = calibrated()
+    for estimate, parameter, q in zip(found.answer.estimates, blank.parameters, truth, strict=True):
+        assert estimate.name == parameter.name
+        off = (parameter.coordinate(estimate.value) - q) / estimate.left_of_prior
+        assert abs(off) < 3.5, estimate.name  # of 19 normal numbers one in a hundred such sets
+    for estimate, value in zip(found.answer.derived, blank.mapped(truth, 0).derived, strict=True):
+        assert abs(estimate.value - value) < 3.5 * estimate.std, estimate.name
+
+
+def test_what_the_tests_do_not_show_is_said_to_be_the_prior() -> None:
+    found = calibrated()[0]
+    verdicts = {e.name: e.verdict for e in found.answer.estimates}
+    assert verdicts["negative.conductivity_S_m"] is Verdict.PRIOR
+    assert verdicts["separator.porosity"] is Verdict.PRIOR
+    assert verdicts["capacity_C"] is Verdict.IDENTIFIED
+    assert verdicts["negative.stoichiometry_max"] is Verdict.IDENTIFIED
+    assert len(found.answer.stiff) + len(found.answer.sloppy) == len(found.answer.names)
+    assert found.answer.stiff[0].std < 0.01
+    assert np.diag(found.answer.correlations) == pytest.approx(np.ones(len(found.q)))
+
+
+def test_advice_is_a_test_that_shows_what_is_not_known() -> None:
+    advice = calibrated()[0].advice
+    assert [a.gain for a in advice] == sorted((a.gain for a in advice), reverse=True)
+    gain = {a.name: a.gain for a in advice}
+    # 0.1C and 2C were made: pulses show what they cannot, the same again shows least
+    assert gain["5C pulses at 50 %"] > gain["0.1C discharge"]
+    assert min(gain.values()) > 0
+
+
+def test_an_earlier_fit_is_gone_on_from() -> None:
+    found = calibrated()[0]
+    steps = list(fit(found.problem, start=values_by_name(found.problem, found.q)))
+    assert len(steps) <= 3
+    assert steps[-1].q == pytest.approx(found.q, abs=0.05)
+
+
+def test_a_search_begins_where_least_squares_end_and_is_asked_only_if_they_miss() -> None:
+    problem = calibrated()[0].problem
+    start = values_by_name(problem, calibrated()[0].q)
+
+    def never(*_: object, **__: object) -> object:
+        raise AssertionError
+
+    list(fit(problem, start=start, search=never))  # type: ignore[arg-type]
+
+
+def test_a_test_that_the_model_misses_weighs_less() -> None:
+    pack = cell_pack()
+    (slow, fast), _, _ = measured(pack, 1, ("0.1C", "2C"))
+    wave_V = 0.05 * np.sin(fast.time_s / 200.0)  # of no cell
+    odd = replace(fast, voltage_V=fast.voltage_V + wave_V)
+    problem = problem_of(pack, [slow, odd])
+    *_, last = fit(problem)
+    weight = [
+        np.median(a.sigma_V / b.sigma_V)
+        for a, b in zip(last.problem.tests, problem.tests, strict=True)
+    ]
+    assert weight[1] > 5 * weight[0]
+    assert np.abs(last.q).max() < 5  # without, most parameters go to their bounds
+
+
+def test_correlated_residuals_count_less() -> None:
+    random = np.random.default_rng(0)
+    white = random.standard_normal(20_000)
+    assert correlation_time(white) == pytest.approx(1.0, abs=0.1)
+    slow, kept = np.zeros(20_000), 0.8
+    for k in range(1, slow.size):
+        slow[k] = kept * slow[k - 1] + white[k]
+    exact = (1 + kept) / (1 - kept)
+    assert correlation_time(slow) == pytest.approx(exact, rel=0.2)  # its estimate errs by 10 %
+
+
+def test_a_pack_of_unlike_cells_and_no_test_are_refused() -> None:
+    pack = cell_pack()
+    with pytest.raises(CalibrationError, match="no test"):
+        problem_of(pack, [])
+    unlike = Pack(cell=pack.cell, series=2, effects=(WeakCell(capacity_factor=0.9),))
+    tests, _, _ = measured(pack, 2, ("2C",))
+    with pytest.raises(CalibrationError, match="differ"):
+        problem_of(unlike, tests)
+    with pytest.raises(CalibrationError, match="same name"):
+        problem_of(pack, [*tests, *tests])

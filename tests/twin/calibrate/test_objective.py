@@ -1,0 +1,95 @@
+"""The map from parameters to the kernel, and exact derivatives of what is minimised."""
+
+from functools import cache
+
+import numpy as np
+import numpy.typing as npt
+import pytest
+
+from tests.twin.calibrate.synthetic import cell_pack, measured
+from twin.bpx_file import open_circuit_V
+from twin.calibrate.cell_map import Infeasible
+from twin.calibrate.objective import Problem
+from twin.calibrate.run import problem_of
+from twin.constants import FARADAY_C_mol
+
+FloatArray = npt.NDArray[np.float64]
+
+
+@cache
+def case(name: str = "lipo_2200") -> tuple[Problem, FloatArray]:
+    pack = cell_pack(name)
+    tests, truth, _ = measured(pack, 3, ("2C",))
+    return problem_of(pack, tests), truth
+
+
+@pytest.mark.parametrize("name", ["lipo_2200", "lg_m50"])
+def test_the_cell_to_start_from_is_the_mean_of_the_prior(name: str) -> None:
+    problem, _ = case(name)
+    numbers = problem.mapped(np.zeros(len(problem.free)), 0).numbers
+    given = problem.pack.cell_parameters()
+    for key, value in numbers.items():
+        if key != "initial_soc":  # files round their windows and areas to some digits
+            assert value == pytest.approx(given[key], rel=5e-3), key
+
+
+def test_windows_end_at_given_voltages_and_both_electrodes_hold_the_capacity() -> None:
+    problem, q = case()
+    numbers = problem.mapped(q, 0).numbers
+    given = problem.pack.cell_parameters()
+    capacity = problem.values(q)[[p.name for p in problem.table].index("capacity_C")]
+    for side in ("negative", "positive"):
+        solid = numbers[f"{side}.specific_area_m2_m3"] * numbers[f"{side}.particle_radius_m"] / 3
+        low, high = (numbers[f"{side}.stoichiometry_{end}"] for end in ("min", "max"))
+        volume = given["area_m2"] * given[f"{side}.thickness_m"]
+        most = FARADAY_C_mol * given[f"{side}.max_concentration_mol_m3"] * solid * volume
+        assert most * (high - low) == pytest.approx(capacity, rel=1e-12)
+    for soc in (0.0, 1.0):
+        at_end_V = open_circuit_V(problem.pack.cell, soc)
+        assert problem.rest_V(q, soc) == pytest.approx(at_end_V, abs=1e-9)
+
+
+def test_derivatives_are_those_of_the_residuals() -> None:
+    problem, q = case()
+    residuals, slopes = problem.linearised(q)
+    assert residuals == pytest.approx(problem.residuals(q))
+    random = np.random.default_rng(1)
+    for _ in range(4):  # directions that mix all parameters
+        along = random.standard_normal(q.size)
+        step = 1e-4
+        change = problem.residuals(q + step * along) - problem.residuals(q - step * along)
+        got, expected = slopes @ along, change / (2 * step)
+        assert np.abs(got - expected).max() < 1e-4 * np.abs(expected).max()
+
+
+def test_costs_of_many_points_are_those_of_each_and_always_finite() -> None:
+    problem, _ = case()
+    low, high = problem.bounds
+    points = np.random.default_rng(0).random((6, low.size))
+    costs = problem.costs(points)
+    assert np.isfinite(costs).all()
+    assert costs[2] == problem.cost(low + points[2] * (high - low))
+
+
+def test_whoever_comes_further_is_better() -> None:
+    problem, truth = case()
+    names = [p.name for p in problem.parameters]
+    costs = []
+    for capacity in (1.0, 0.8, 0.65):  # ever smaller cells are empty ever sooner
+        q = truth.copy()
+        place = names.index("capacity_C")
+        parameter = problem.parameters[place]
+        q[place] = parameter.coordinate(capacity * parameter.value(truth[place]))
+        costs.append(problem.cost(q))
+    assert costs == sorted(costs)
+    assert costs[0] < 1e-2 * costs[1]
+
+
+def test_values_that_no_cell_has_are_told() -> None:
+    problem, truth = case()
+    q = truth.copy()
+    place = [p.name for p in problem.parameters].index("positive.stoichiometry_max")
+    q[place] = problem.parameters[place].coordinate(0.2)  # the full end is at 0.24
+    with pytest.raises(Infeasible):
+        problem.mapped(q, 0)
+    assert np.isfinite(problem.cost(q))

@@ -1,0 +1,100 @@
+"""Reading a test: headers, signs, series, and what cannot be calibrated from."""
+
+import io
+
+import numpy as np
+import pytest
+
+from tests.twin.calibrate.synthetic import cell_pack
+from twin.calibrate.reference import ReferenceTest, discharge_sign, left_unknown, reference_test
+from twin.calibrate.table import CalibrationError, MeasuredTable, read_test
+from twin.pack import Pack
+
+
+def read(header: str, *lines: str) -> MeasuredTable:
+    return read_test(io.StringIO("\n".join([header, *lines])), name="t.csv")
+
+
+@pytest.mark.parametrize(
+    ("header", "factor"),
+    [
+        ("Test Time / s,Current / A,Voltage / V", (1, 1, 1)),
+        ("time_s,current_A,voltage_V", (1, 1, 1)),
+        ("time_ms,current_mA,voltage_mV", (1e-3, 1e-3, 1e-3)),
+        ("Time [min],I (A),U [V]", (60, 1, 1)),
+        ("Test_Time(s),Current(A),Voltage(V)", (1, 1, 1)),
+        ("\ufeffTime (h),Current (mA),Voltage (V)", (3600, 1e-3, 1)),
+    ],
+)
+def test_headers_name_quantity_and_unit(header: str, factor: tuple[float, ...]) -> None:
+    table = read(header, "10,-2,4000", "11,3,3900")
+    assert table.time_s == pytest.approx([0, factor[0]])
+    assert table.current_A == pytest.approx([-2 * factor[1], 3 * factor[1]])
+    assert table.voltage_V == pytest.approx([4000 * factor[2], 3900 * factor[2]])
+    assert table.temperature_K is None
+
+
+def test_a_temperature_in_celsius_is_that_of_the_surroundings() -> None:
+    table = read("Time / s,Current / A,Voltage / V,Temperature / degC", "0,0,4.1,20", "1,1,4.0,21")
+    assert reference_test(table, cell_pack()).ambient_K == pytest.approx(293.15)
+
+
+@pytest.mark.parametrize(
+    ("header", "lines", "says"),
+    [
+        ("Time / s,Voltage / V", ("0,4",), "no column for current_A"),
+        ("Time / s,Current / A,Voltage / V", ("0,1,4", "1,x,4"), "line 3: current_A is 'x'"),
+        ("Time / s,Current / A,Voltage / V", ("0,1,4", "1,nan,4"), "line 3"),
+        ("Time / s,Current / A,Voltage / V", ("0,1,4", "0,1,4"), "line 3: time does not exceed"),
+        ("Time / s,Current / A,Voltage / V", ("0,1,4",), "1 samples"),
+    ],
+)
+def test_what_is_wrong_in_a_file_is_named(header: str, lines: tuple[str, ...], says: str) -> None:
+    with pytest.raises(CalibrationError, match=says):
+        read(header, *lines)
+
+
+@pytest.mark.parametrize("sign", [1.0, -1.0])
+def test_the_voltage_tells_the_sign_of_the_current(sign: float) -> None:
+    discharge = np.array([0, 0, 2, 2, 2, 0, 0], dtype=float)
+    voltage = np.array([4.1, 4.1, 4.0, 3.98, 3.97, 4.05, 4.06])
+    assert discharge_sign(sign * discharge, voltage, name="t")[0] == sign
+    steady = np.linspace(4.1, 3.9, 5)
+    assert discharge_sign(np.full(5, sign), steady, name="t")[0] == sign
+
+
+def test_a_test_without_current_or_answer_is_refused() -> None:
+    with pytest.raises(CalibrationError, match="zero throughout"):
+        discharge_sign(np.zeros(5), np.full(5, 4.0), name="t")
+    with pytest.raises(CalibrationError, match="does not answer"):
+        discharge_sign(np.ones(5), np.full(5, 4.0), name="t")
+
+
+def test_a_wrong_series_count_is_named_with_the_one_that_fits() -> None:
+    voltage = np.linspace(16.7, 13.5, 50)
+    table = MeasuredTable(
+        name="t.csv", time_s=np.arange(50.0), current_A=np.ones(50), voltage_V=voltage,
+        temperature_K=None,
+    )  # fmt: skip
+    cell = cell_pack().cell
+    with pytest.raises(CalibrationError, match="it fits 4 or 5 in series"):
+        reference_test(table, Pack(cell=cell, series=3))
+    test = reference_test(table, Pack(cell=cell, series=4, parallel=2))
+    assert test.voltage_V == pytest.approx(voltage / 4)
+    assert test.current_A == pytest.approx(np.full(50, 0.5))
+
+
+def test_tests_that_reach_no_cut_off_leave_the_ends_unknown() -> None:
+    def over(high: float, low: float) -> ReferenceTest:
+        return ReferenceTest(
+            name="t", time_s=np.arange(9.0), current_A=np.array([0.0, *np.ones(8)]),
+            voltage_V=np.linspace(high, low, 9),
+        )  # fmt: skip
+
+    pack = cell_pack()
+    full, empty = pack.cell.upper_cut_off_V, pack.cell.lower_cut_off_V
+    assert left_unknown((over(full, empty),), pack) == ()
+    (said,) = left_unknown((over(full, 3.6),), pack)
+    assert "lower cut-off" in said
+    (said,) = left_unknown((over(3.8, empty),), pack)
+    assert "upper cut-off" in said

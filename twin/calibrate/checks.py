@@ -1,0 +1,101 @@
+"""How well a calibrated cell follows its tests, and tests it was not fitted to."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from twin.calibrate.objective import Problem
+from twin.calibrate.polish import polish
+from twin.calibrate.reference import ReferenceTest
+
+FloatArray = npt.NDArray[np.float64]
+
+SOC_BINS = 10
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Fitted:
+    """One test, measured and simulated at every sample.
+
+    Attributes:
+        name: of the test.
+        time_s: (n,).
+        current_A: (n,) of one cell.
+        measured_V: (n,) of one cell.
+        simulated_V: (n,) of one cell; NaN from where the simulation ended.
+        soc: (n,) state of charge of the simulated cell by charge.
+        noise_V: of a sample, as estimated from the recording alone.
+        held_out_V: (n,) predicted by a fit to the other tests; None if there is none.
+    """
+
+    name: str
+    time_s: FloatArray
+    current_A: FloatArray
+    measured_V: FloatArray
+    simulated_V: FloatArray
+    soc: FloatArray
+    noise_V: float
+    held_out_V: FloatArray | None = None
+
+    @property
+    def rms_V(self) -> float:
+        """Of measured minus simulated; infinite if the simulation did not come to the end."""
+        return rms(self.measured_V - self.simulated_V)
+
+    @property
+    def held_out_rms_V(self) -> float | None:
+        """Of measured minus predicted without this test."""
+        if self.held_out_V is None:
+            return None
+        return rms(self.measured_V - self.held_out_V)
+
+    def rms_by_soc_V(self) -> FloatArray:
+        """(SOC_BINS,) from empty to full; NaN where the test has no samples."""
+        place = np.clip((self.soc * SOC_BINS).astype(int), 0, SOC_BINS - 1)
+        error = self.measured_V - self.simulated_V
+        return np.array(
+            [rms(error[place == k]) if (place == k).any() else np.nan for k in range(SOC_BINS)]
+        )
+
+
+def rms(error: FloatArray) -> float:
+    """Root mean square; infinite where something is missing."""
+    return float(np.sqrt(np.mean(error**2))) if np.isfinite(error).all() else float("inf")
+
+
+def fitted(problem: Problem, q: FloatArray, tests: Sequence[ReferenceTest]) -> tuple[Fitted, ...]:
+    """Every test of `problem`, in full."""
+    values = problem.values(q)
+    first = len(problem.table) - len(tests)
+    capacity_C = values[[p.name for p in problem.table].index("capacity_C")]
+    out = []
+    for k, test in enumerate(tests):
+        soc = problem.mapped(q, k).numbers["initial_soc"]
+        one = Fitted(
+            name=test.name,
+            time_s=test.time_s,
+            current_A=test.current_A,
+            measured_V=test.voltage_V,
+            simulated_V=problem.replayed(q, test, float(values[first + k])),
+            soc=soc - test.drawn_C() / capacity_C,
+            noise_V=problem.tests[k].noise_V,
+        )
+        out.append(one)
+    return tuple(out)
+
+
+def predicted(
+    problem: Problem, q: FloatArray, tests: Sequence[ReferenceTest], k: int
+) -> FloatArray:
+    """(n,) voltage of test `k` by a fit to the others, from `q` on.
+
+    Of the test itself only the voltage at its start is used, as a state to start from.
+    """
+    others = problem.of_other_tests([t for i, t in enumerate(problem.tests) if i != k])
+    first = q.size - len(problem.tests)
+    best = np.delete(q, first + k)
+    for polished in polish(others, best):
+        best = polished.q
+    return others.replayed(best, tests[k], problem.table[len(problem.table) - len(tests) + k].mean)

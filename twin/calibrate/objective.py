@@ -1,0 +1,308 @@
+"""Measured minus simulated, of all tests at once: residuals, cost, and exact derivatives.
+
+Coordinates q are standard deviations of the prior from its mean, so that the prior is |q|**2.
+"""
+
+import os
+from collections.abc import Sequence
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass, replace
+
+import numpy as np
+import numpy.typing as npt
+
+from twin.calibrate.cell_map import FILLERS, SIDES, START_V, CellMap, Infeasible, Mapped
+from twin.calibrate.parameters import FILLER_STD, Parameter, cell_table, start_parameters
+from twin.calibrate.reference import ReferenceTest
+from twin.calibrate.resample import Sampled
+from twin.effects import (
+    AGEING,
+    AnyEffect,
+    FilmResistance,
+    Sei,
+    SeriesResistance,
+)
+from twin.kernel import Backend
+from twin.load import Load
+from twin.pack import Pack
+from twin.sensitivity import sensitivity_of
+from twin.simulate import DEFAULT_MESH, Run, changeable, solution_of
+from twin.solution import Status
+
+FloatArray = npt.NDArray[np.float64]
+
+BEYOND_V = 1.0
+"""Beyond its cut-offs a simulated cell goes on for so long; samples it never comes to count as if
+it stood there, so that whoever comes further is better."""
+START = tuple(f"{side}.start" for side in SIDES)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Simulated:
+    """One test at some values.
+
+    Attributes:
+        voltage_V: (m,) at the compared samples.
+        by_q: (m, k) its derivative, or None if it was not asked for.
+        complete: it came to the end.
+    """
+
+    voltage_V: FloatArray
+    by_q: FloatArray | None
+    complete: bool
+
+
+class Problem:
+    """Tests of one cell, and the parameters that are free.
+
+    Attributes:
+        pack: of one cell.
+        tests: what was measured.
+        table: all parameters of the cell, then the start of each test.
+        free: (k,) positions in `table` of those that are free; the others stay at their mean.
+    """
+
+    def __init__(
+        self, pack: Pack, tests: Sequence[Sampled], *, only: Sequence[str] | None = None,
+        table: Sequence[Parameter] | None = None,
+    ) -> None:  # fmt: skip
+        """`only` names the parameters of the cell that are free, None all; starts are free."""
+        self.pack, self.tests = single_cell(pack), tuple(tests)
+        cell = tuple(table) if table is not None else cell_table(self.pack)
+        self.table = (*cell, *start_parameters(self.tests, pack))
+        self._of_cell = len(cell)
+        kept = [i for i, p in enumerate(cell) if only is None or p.name in only]
+        self.free = (*kept, *range(len(cell), len(self.table)))
+        self._map = CellMap(self.pack, (*(p.name for p in cell), START_V))
+        wide = replace(
+            self.pack.cell,
+            lower_cut_off_V=self.pack.cell.lower_cut_off_V - BEYOND_V,
+            upper_cut_off_V=self.pack.cell.upper_cut_off_V + BEYOND_V,
+        )
+        self._wide = replace(self.pack, cell=wide)
+        self._filler_means = _fillers(self.pack)
+
+    @property
+    def parameters(self) -> tuple[Parameter, ...]:
+        """(k,) the free ones."""
+        return tuple(self.table[i] for i in self.free)
+
+    @property
+    def derived(self) -> tuple[str, ...]:
+        """What follows from the parameters, and is part of the answer."""
+        return self._map.derived
+
+    @property
+    def bounds(self) -> tuple[FloatArray, FloatArray]:
+        """(k,) least and largest coordinates."""
+        low, high = zip(*(p.bounds for p in self.parameters), strict=True)
+        return np.array(low), np.array(high)
+
+    def values(self, q: FloatArray) -> FloatArray:
+        """(table,) of all parameters."""
+        out = self._means()
+        out[list(self.free)] = [p.value(c) for p, c in zip(self.parameters, q, strict=True)]
+        return out
+
+    def residuals(self, q: FloatArray) -> FloatArray:
+        """Measured minus simulated over what is expected of it, test by test; then the prior's.
+
+        Those of the prior are -q and the fillers'. Where no cell has these values all residuals
+        are large, the larger the farther it is from possible.
+        """
+        values = self.values(q)
+        try:
+            parts = [self.simulated(q, i).voltage_V for i in range(len(self.tests))]
+            derived = self._map(self._values_at(values, 0))[1]
+        except Infeasible as e:
+            parts = [t.voltage_V + BEYOND_V * (2.0 + abs(e.by)) for t in self.tests]
+            derived = np.zeros(len(self.derived))
+        rows = [
+            (t.voltage_V - v) / t.sigma_V for t, v in zip(self.tests, parts, strict=True)
+        ]  # fmt: skip
+        fillers = (self._filler_means - derived[FILLERS]) / FILLER_STD
+        return np.concatenate([*rows, -q, fillers])
+
+    def linearised(self, q: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """`residuals` and their derivative by q; Infeasible if no cell has these values."""
+        with ThreadPoolExecutor(_workers()) as pool:
+            jobs = [
+                pool.submit(self.simulated, q, i, derivative=True) for i in range(len(self.tests))
+            ]
+            done = [job.result() for job in jobs]
+        rows, slopes = [], []
+        for test, simulated in zip(self.tests, done, strict=True):
+            assert simulated.by_q is not None
+            rows.append((test.voltage_V - simulated.voltage_V) / test.sigma_V)
+            slopes.append(-simulated.by_q / test.sigma_V[:, None])
+        mapped = self.mapped(q, 0)
+        fillers = (self._filler_means - mapped.derived[FILLERS]) / FILLER_STD
+        by_q = -self.chain(q, mapped.derived_by_values[FILLERS], 0) / FILLER_STD
+        residuals = np.concatenate([*rows, -q, fillers])
+        return residuals, np.vstack([*slopes, -np.eye(q.size), by_q])
+
+    def cost(self, q: FloatArray) -> float:
+        """Half the sum of squares of `residuals`."""
+        r = self.residuals(q)
+        return 0.5 * float(r @ r)
+
+    def costs(self, points: FloatArray) -> FloatArray:
+        """(m,) of points (m, k) of the unit cube, in threads: what a search minimises."""
+        low, high = self.bounds
+        with ThreadPoolExecutor(_workers()) as pool:
+            return np.array(list(pool.map(self.cost, low + points * (high - low))))
+
+    def simulated(self, q: FloatArray, test: int, *, derivative: bool = False) -> Simulated:
+        """The test number `test`; Infeasible if no cell has these values."""
+        values, sample = self._values_at(self.values(q), test), self.tests[test]
+        run = Run(self._wide, sample.load, DEFAULT_MESH, Backend.AUTO, None)
+        given = changeable(self._wide, sample.load)
+        if not derivative:
+            run.change(given | self._map(values)[0])
+            run.run()
+            solution = solution_of(run, self._wide, sample.load)
+            voltage_V = self._filled(solution.voltage_V, sample)
+            return Simulated(
+                voltage_V=voltage_V, by_q=None, complete=solution.status is Status.DONE
+            )
+        mapped = self._map.mapped(values)
+        by_q = self.chain(q, mapped.by_values, test)
+        names, start = _start_names(self._map.directions, mapped.numbers["initial_soc"])
+        used = np.flatnonzero(np.abs(by_q).max(axis=1) > 0)
+        s = sensitivity_of(
+            run, sample.load, [names[i] for i in used], numbers=given | mapped.numbers
+        )
+        n = s.solution.voltage_V.size
+        slopes = np.zeros((sample.load.time_s.size, q.size))
+        slopes[:n] = (s.voltage / start[used]) @ by_q[used]
+        return Simulated(
+            voltage_V=self._filled(s.solution.voltage_V, sample),
+            by_q=slopes[sample.at],
+            complete=s.solution.status is Status.DONE,
+        )
+
+    @property
+    def nominal_C(self) -> float:
+        """Capacity of the cell as it is labelled."""
+        return labelled_C(self.pack)
+
+    def rest_V(self, q: FloatArray, soc: float) -> float:
+        """Open-circuit voltage at a state of charge; `q` as in `replayed`."""
+        return self._map.rest_V(self._values_of_cell(q), soc)
+
+    def replayed(self, q: FloatArray, test: ReferenceTest, start_V: float) -> FloatArray:
+        """(n,) voltage at every sample of any `test`; NaN from where the simulation ended.
+
+        `q` (k,): those of starts may be left out, they are not used. Infeasible if no cell has
+        these values.
+        """
+        load = Load(
+            time_s=test.time_s, current_A=test.current_A, between=test.between,
+            ambient_K=test.ambient_K,
+        )  # fmt: skip
+        run = Run(self._wide, load, DEFAULT_MESH, Backend.AUTO, None)
+        given = changeable(self._wide, load)
+        run.change(given | self._map(np.append(self._values_of_cell(q), start_V))[0])
+        run.run()
+        done = solution_of(run, self._wide, load).voltage_V
+        return np.concatenate([done, np.full(test.time_s.size - done.size, np.nan)])
+
+    def of_other_tests(self, tests: Sequence[Sampled]) -> "Problem":
+        """The same cell and free parameters; starts as `tests` have them."""
+        names = [p.name for p in self.parameters if not p.name.startswith(START_V)]
+        return Problem(self.pack, tests, only=names, table=self.table[: self._of_cell])
+
+    def with_only(self, names: Sequence[str], tests: Sequence[int]) -> "Problem":
+        """The same with fewer free parameters of the cell, and some of the tests."""
+        chosen = [self.tests[k] for k in tests]
+        return Problem(self.pack, chosen, only=names, table=self.table[: self._of_cell])
+
+    def _values_of_cell(self, q: FloatArray) -> FloatArray:
+        out = self._means()[: self._of_cell]
+        for place, p, c in zip(self.free, self.parameters, q.tolist(), strict=False):
+            if place < self._of_cell:
+                out[place] = p.value(c)
+        return out
+
+    def mapped(self, q: FloatArray, test: int) -> Mapped:
+        """What the kernel is given."""
+        return self._map.mapped(self._values_at(self.values(q), test))
+
+    def chain(self, q: FloatArray, by_values: FloatArray, test: int) -> FloatArray:
+        """(rows, k) by coordinates, from (rows, values) by the values of one test."""
+        own = {self._of_cell + test: self._of_cell} | {i: i for i in range(self._of_cell)}
+        out = np.zeros((by_values.shape[0], q.size))
+        for k, (place, p) in enumerate(zip(self.free, self.parameters, strict=True)):
+            if place in own:
+                out[:, k] = by_values[:, own[place]] * p.slope(float(q[k]))
+        return out
+
+    def _means(self) -> FloatArray:
+        return np.array([p.mean for p in self.table])
+
+    def _values_at(self, values: FloatArray, test: int) -> FloatArray:
+        """Those of the cell, then of the start of one test."""
+        return np.append(values[: self._of_cell], values[self._of_cell + test])
+
+    def _filled(self, voltage_V: FloatArray, sample: Sampled) -> FloatArray:
+        """(m,) at the compared samples, also those that were not come to."""
+        whole = np.empty(sample.load.time_s.size)
+        n = voltage_V.size
+        whole[:n] = voltage_V
+        charging = n > 0 and sample.load.current_A[min(n, whole.size - 1)] < 0
+        whole[n:] = self._wide.cell.upper_cut_off_V if charging else self._wide.cell.lower_cut_off_V
+        return whole[sample.at]
+
+
+def labelled_C(pack: Pack) -> float:
+    """Capacity of one cell of `pack` as it is labelled."""
+    return pack.scale * pack.cell.nominal_capacity_C
+
+
+def single_cell(pack: Pack) -> Pack:
+    """The mean cell of `pack` alone, its share of a resistance in series in it, without ageing.
+
+    Of what ages only the resistance of the first film remains: the rest takes many cycles, in a
+    reference test it changes nothing that can be seen.
+    """
+    share = pack.parallel / pack.series
+    effects: list[AnyEffect] = []
+    for e in pack.effects:
+        if isinstance(e, SeriesResistance):
+            effects.append(SeriesResistance(resistance_ohm=e.resistance_ohm * share))
+        elif isinstance(e, Sei):
+            film = e.strength * e.resistivity_ohm_m * e.initial_thickness_m
+            effects.append(FilmResistance(negative_ohm_m2=film))
+        elif not isinstance(e, AGEING):
+            effects.append(e)
+    capacity_C = None if pack.capacity_C is None else pack.capacity_C / pack.parallel
+    return replace(pack, series=1, parallel=1, capacity_C=capacity_C, effects=tuple(effects))
+
+
+def _fillers(pack: Pack) -> FloatArray:
+    """Shares of the electrodes that are neither pore nor active, of the cell as it is given."""
+    p = pack.cell_parameters()
+    solid = (p[f"{s}.specific_area_m2_m3"] * p[f"{s}.particle_radius_m"] / 3 for s in SIDES)
+    pores = (p[f"{s}.porosity"] for s in SIDES)
+    return np.array([1 - a - b for a, b in zip(solid, pores, strict=True)])
+
+
+def _start_names(
+    directions: tuple[str, ...], initial_soc: float
+) -> tuple[tuple[str, ...], FloatArray]:
+    """What the kernel calls each direction, and how much a unit of it moves that.
+
+    The stoichiometry where a test starts is moved by the end of the window that weighs more.
+    """
+    full = initial_soc > 0.5
+    weight = initial_soc if full else 1.0 - initial_soc
+    ends = {
+        START[0]: f"negative.stoichiometry_{'max' if full else 'min'}",
+        START[1]: f"positive.stoichiometry_{'min' if full else 'max'}",
+    }
+    share = [weight if name in ends else 1.0 for name in directions]
+    return tuple(ends.get(name, name) for name in directions), np.array(share)
+
+
+def _workers() -> int:
+    return os.cpu_count() or 1

@@ -1,0 +1,140 @@
+"""A calibration as files: the cell (BPX), the pack that has it, the fit (JSON)."""
+
+import json
+from collections.abc import Mapping
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from twin.bpx_out import scaled, write_bpx
+from twin.calibrate.answer import Combination, Estimate
+from twin.calibrate.checks import Fitted
+from twin.calibrate.run import Calibration, values_by_name
+from twin.cell import Cell, Electrode
+from twin.effects import SeriesResistance
+from twin.pack import Pack
+from twin.pack_file import PackFile
+
+FIT_VERSION = 1
+
+
+def calibrated_cell(found: Calibration) -> Cell:
+    """The cell with its calibrated numbers; a resistance in series belongs to the pack."""
+    pack, numbers = found.problem.pack, found.numbers
+    cell, base = pack.cell, found.problem.pack.cell_parameters()
+    salt = cell.electrolyte
+    return replace(
+        cell,
+        name=f"{cell.name}, calibrated",
+        negative=_electrode(cell.negative, "negative", numbers),
+        positive=_electrode(cell.positive, "positive", numbers),
+        separator=replace(
+            cell.separator,
+            porosity=numbers["separator.porosity"],
+            transport_efficiency=numbers["separator.transport_efficiency"],
+        ),
+        electrolyte=replace(
+            salt,
+            initial_concentration_mol_m3=numbers["electrolyte.initial_concentration_mol_m3"],
+            diffusivity_m2_s=scaled(
+                salt.diffusivity_m2_s, numbers["electrolyte.diffusivity_factor"]
+            ),
+        ),
+        nominal_capacity_C=values_by_name(found.problem, found.q)["capacity_C"],
+        area_m2=base["area_m2"],
+        heat_capacity_J_K=base["heat_capacity_J_K"],
+        cooling_area_m2=base["cooling_area_m2"],
+        volume_m3=cell.volume_m3 * pack.scale,
+    )
+
+
+def cell_text(found: Calibration) -> str:
+    """The calibrated cell as BPX."""
+    tests = ", ".join(t.name for t in found.fitted)
+    description = f"{found.problem.pack.cell.name}, calibrated to {tests}"
+    return write_bpx(calibrated_cell(found), description=description)
+
+
+def pack_text(found: Calibration, pack: Pack, file: PackFile, *, cell: str) -> str:
+    """The pack file of `pack` with the calibrated cell in the file `cell` beside it."""
+    content = file.model_dump(exclude_none=True)
+    capacity_C = values_by_name(found.problem, found.q)["capacity_C"] * pack.parallel
+    content["pack"] |= {"cell": cell, "capacity_ah": capacity_C / 3600.0}
+    resistance = found.numbers["series_resistance_ohm"] * pack.series / pack.parallel
+    physics = [id_ for id_ in (e.id for e in pack.effects) if id_ != SeriesResistance.id]
+    content["twin"]["physics"] = [*dict.fromkeys(physics), SeriesResistance.id]
+    content["effects"] = content["effects"] | {SeriesResistance.id: {"resistance_ohm": resistance}}
+    return toml_text(content)
+
+
+def toml_text(content: Mapping[str, Any], above: str = "") -> str:
+    """TOML of nested tables of text, numbers, truth values and lists of them."""
+    own = {k: v for k, v in content.items() if not isinstance(v, Mapping)}
+    lines = [f"{k} = {json.dumps(v, ensure_ascii=False)}" for k, v in own.items()]
+    head = [f"[{above}]"] if above and own else []
+    text = "\n".join([*head, *lines]) + ("\n\n" if own else "")
+    for name, table in content.items():
+        if isinstance(table, Mapping) and table:
+            text += toml_text(table, f"{above}.{name}" if above else name)
+    return text
+
+
+def fit_text(found: Calibration) -> str:
+    """Everything that is known of the fit, as JSON; `values` is what a later fit may go on from."""
+    told = found.answer
+    document = {
+        "version": FIT_VERSION,
+        "values": values_by_name(found.problem, found.q),
+        "parameters": [_estimate(e) for e in told.estimates],
+        "derived": [_estimate(e) for e in told.derived],
+        "correlations": {"names": told.names, "matrix": np.round(told.correlations, 4).tolist()},
+        "stiff": [_combination(c) for c in told.stiff],
+        "sloppy": [_combination(c) for c in told.sloppy],
+        "tests": [
+            _test(f) | {"correlated_samples": told.correlated_samples[f.name]} for f in found.fitted
+        ],
+        "advice": [
+            {"test": a.name, "gain_nats": a.gain, "helps": dict(a.helps)} for a in found.advice
+        ],
+        "remarks": found.remarks,
+    }
+    return json.dumps(document, indent=2, allow_nan=False) + "\n"
+
+
+def _electrode(electrode: Electrode, side: str, numbers: Mapping[str, float]) -> Electrode:
+    own: dict[str, Any] = {
+        name.removeprefix(f"{side}."): value
+        for name, value in numbers.items()
+        if name.startswith(f"{side}.")
+    }
+    factor = own.pop("diffusivity_factor")
+    return replace(electrode, diffusivity_m2_s=scaled(electrode.diffusivity_m2_s, factor), **own)
+
+
+def _estimate(e: Estimate) -> dict[str, Any]:
+    return {
+        "name": e.name, "unit": e.unit, "value": e.value, "std": e.std, "lower_90": e.lower,
+        "upper_90": e.upper, "prior": e.prior if np.isfinite(e.prior) else None,
+        "left_of_prior": e.left_of_prior, "verdict": e.verdict.name.lower(),
+    }  # fmt: skip
+
+
+def _combination(c: Combination) -> dict[str, Any]:
+    return {"std": min(c.std, 1e9), "loadings": dict(c.loadings)}
+
+
+def _test(f: Fitted) -> dict[str, Any]:
+    by_soc = [1e3 * v if np.isfinite(v) else None for v in f.rms_by_soc_V().tolist()]
+    return {
+        "name": f.name,
+        "rms_mV": _mV(f.rms_V),
+        "held_out_rms_mV": None if f.held_out_rms_V is None else _mV(f.held_out_rms_V),
+        "noise_mV": 1e3 * f.noise_V,
+        "rms_by_soc_mV": by_soc,
+    }
+
+
+def _mV(value_V: float) -> float | None:
+    """Null where the simulation did not come to the end."""
+    return 1e3 * value_V if np.isfinite(value_V) else None

@@ -1,0 +1,201 @@
+"""What may be calibrated: name, unit, bounds, prior and scale of each parameter of a cell.
+
+The list is Table I of the calibration this twin is measured against: ends of the stoichiometry
+windows (4), particle radii (2), conductivities of the solids (2), porosities (3), filler
+fractions (2), specific surface areas (2), diffusivities (3), salt at the start, reference exchange
+currents (2). They are not independent of each other:
+  the windows end where the cell rests at given voltages, two equations for four numbers;
+  what an electrode holds is (1 - porosity - filler) max_concentration, and both hold the capacity
+    Q between the ends of their windows, so filler follows from Q, window and porosity;
+  spheres of radius R have the area a = 3 (1 - porosity - filler) / R.
+Free here are: of the two windows' ends when empty that in the flatter potential, the negative
+window's when full, Q, the radii and porosities. The other ends, fillers and areas follow and are
+reported beside them. Beyond the table: a resistance in series (tabs, leads), and the open-circuit
+voltage at the start of each test.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from enum import Enum
+from math import exp, log
+
+import casadi as ca
+
+from twin.calibrate.resample import Sampled
+from twin.constants import FARADAY_C_mol
+from twin.pack import Pack
+
+
+class Scale(Enum):
+    """In which a parameter is searched, and its prior is a normal distribution."""
+
+    LINEAR = "linear"
+    LOG = "logarithmic"
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Parameter:
+    """One that may be calibrated.
+
+    Attributes:
+        name: as results list it.
+        unit: of its value.
+        mean: of the prior, in `unit`; where a search begins, and its value where it is not free.
+        std: of the prior on its scale: in `unit`, or relative.
+        lower: its least value.
+        upper: its largest value.
+        scale: of prior and search.
+    """
+
+    name: str
+    unit: str
+    mean: float
+    std: float
+    lower: float
+    upper: float
+    scale: Scale = Scale.LINEAR
+
+    def value(self, coordinate: float) -> float:
+        """At so many standard deviations of the prior from its mean."""
+        if self.scale is Scale.LOG:
+            return self.mean * exp(self.std * coordinate)
+        return self.mean + self.std * coordinate
+
+    def slope(self, coordinate: float) -> float:
+        """Change of the value per coordinate."""
+        return self.std * (self.value(coordinate) if self.scale is Scale.LOG else 1.0)
+
+    def coordinate(self, value: float) -> float:
+        """Inverse of `value`."""
+        if self.scale is Scale.LOG:
+            return log(value / self.mean) / self.std
+        return (value - self.mean) / self.std
+
+    @property
+    def bounds(self) -> tuple[float, float]:
+        """As coordinates."""
+        return self.coordinate(self.lower), self.coordinate(self.upper)
+
+
+FILLER_STD = 0.03  # of the prior of the fillers, about those of the cell to start from
+EMPTY_ENDS = ("negative.stoichiometry_min", "positive.stoichiometry_max")
+HALF_FULL = 0.5  # sqrt(x (1 - x)) at x = 1/2, where the exchange current is quoted
+RESISTANCE_V = 0.02  # across the resistance in series at 1C: standard deviation of its prior
+
+# suffix -> standard deviation and largest factor either way, on the logarithmic scale
+FACTORS = {
+    "particle_radius_m": (log(1.5), 4.0),
+    "conductivity_S_m": (log(2.0), 30.0),
+    "diffusivity_m2_s": (log(2.0), 30.0),
+    "exchange_current_A_m2": (log(2.5), 30.0),
+}
+UNITS = {
+    "particle_radius_m": "m", "conductivity_S_m": "S/m", "diffusivity_m2_s": "m2/s",
+    "exchange_current_A_m2": "A/m2",
+}  # fmt: skip
+
+
+def cell_table(pack: Pack) -> tuple[Parameter, ...]:
+    """The parameters of the cell of `pack`, its numbers as prior means."""
+    numbers, cell = pack.cell_parameters(), pack.cell
+    window = cell.negative.stoichiometry_min, cell.negative.stoichiometry_max
+    middle = (window[0] + window[1]) / 2
+    capacity_C = window_capacity_C(pack)
+    out = [
+        Parameter(name="negative.stoichiometry_max", unit="", mean=window[1], std=0.05,
+                  lower=max(middle, window[1] - 0.25), upper=0.995),
+        _empty_end(pack),
+        Parameter(name="capacity_C", unit="C", mean=capacity_C, std=0.1, scale=Scale.LOG,
+                  lower=capacity_C / 1.6, upper=capacity_C * 1.6),
+    ]  # fmt: skip
+    for side in ("negative", "positive"):
+        for suffix, unit in UNITS.items():
+            out.append(_by_factor(f"{side}.{suffix}", unit, reference(pack, side, suffix)))
+    out += [_porosity(f"{layer}.porosity", numbers) for layer in ("negative", "separator")]
+    out.append(_porosity("positive.porosity", numbers))
+    salt = numbers["electrolyte.initial_concentration_mol_m3"]
+    rate_A = capacity_C / 3600
+    out += [
+        Parameter(name="electrolyte.diffusivity_factor", unit="", mean=1.0, std=log(1.4),
+                  lower=0.2, upper=5.0, scale=Scale.LOG),
+        Parameter(name="electrolyte.initial_concentration_mol_m3", unit="mol/m3", mean=salt,
+                  std=0.1, lower=0.6 * salt, upper=1.7 * salt, scale=Scale.LOG),
+        Parameter(name="series_resistance_ohm", unit="ohm",
+                  mean=numbers["series_resistance_ohm"], std=RESISTANCE_V / rate_A,
+                  lower=0.0, upper=numbers["series_resistance_ohm"] + 5 * RESISTANCE_V / rate_A),
+    ]  # fmt: skip
+    return tuple(out)
+
+
+def _empty_end(pack: Pack) -> Parameter:
+    """The end of the window, when empty, of the electrode whose potential is flatter there."""
+    ends = pack.cell.negative.stoichiometry_min, pack.cell.positive.stoichiometry_max
+    x, slopes = ca.SX.sym("x"), []
+    for electrode, end in zip((pack.cell.negative, pack.cell.positive), ends, strict=True):
+        slope = ca.Function("slope", [x], [ca.jacobian(electrode.ocp_V(x), x)])
+        slopes.append(abs(float(slope(end))))
+    flatter = int(slopes[1] < slopes[0])
+    return Parameter(name=EMPTY_ENDS[flatter], unit="", mean=ends[flatter], std=0.05,
+                     lower=max(1e-3, ends[flatter] - 0.25),
+                     upper=min(0.995, ends[flatter] + 0.25))  # fmt: skip
+
+
+def start_parameters(tests: Sequence[Sampled], pack: Pack) -> tuple[Parameter, ...]:
+    """The open-circuit voltage at the start of each test, as its first samples show it."""
+    lower, upper = pack.cell.lower_cut_off_V + 1e-3, pack.cell.upper_cut_off_V + 0.02
+    return tuple(
+        Parameter(
+            name=f"start_V:{test.name}",
+            unit="V",
+            mean=(mean := min(max(test.start_V, lower + 1e-3), upper - 1e-3)),
+            std=test.start_sigma_V,
+            lower=max(lower, mean - 5 * test.start_sigma_V),
+            upper=min(upper, mean + 5 * test.start_sigma_V),
+        )
+        for test in tests
+    )
+
+
+def window_capacity_C(pack: Pack) -> float:
+    """Charge of one cell between the ends of its windows (mean of both electrodes)."""
+    numbers, total = pack.cell_parameters(), 0.0
+    for side in ("negative", "positive"):
+        low, high = (numbers[f"{side}.stoichiometry_{end}"] for end in ("min", "max"))
+        solid = numbers[f"{side}.specific_area_m2_m3"] * numbers[f"{side}.particle_radius_m"] / 3
+        holds = FARADAY_C_mol * numbers[f"{side}.max_concentration_mol_m3"] * solid
+        total += holds * numbers["area_m2"] * numbers[f"{side}.thickness_m"] * (high - low)
+    return total / 2
+
+
+def reference(pack: Pack, side: str, suffix: str) -> float:
+    """The number of the cell to start from.
+
+    The diffusivity is that of the middle of the window: where it is a function of stoichiometry,
+    all of it is scaled. The exchange current is that of half-filled particles in electrolyte as
+    mixed.
+    """
+    if suffix == "diffusivity_m2_s":
+        return middle_diffusivity_m2_s(pack, side)
+    if suffix == "exchange_current_A_m2":
+        rate = pack.cell_parameters()[f"{side}.rate_constant_mol_m2_s"]
+        return HALF_FULL * FARADAY_C_mol * rate
+    return pack.cell_parameters()[f"{side}.{suffix}"]
+
+
+def middle_diffusivity_m2_s(pack: Pack, side: str) -> float:
+    """Of the solid of the cell to start from, in the middle of its window."""
+    electrode = pack.cell.negative if side == "negative" else pack.cell.positive
+    middle = (electrode.stoichiometry_min + electrode.stoichiometry_max) / 2
+    return float(ca.evalf(electrode.diffusivity_m2_s(ca.SX(middle))))
+
+
+def _by_factor(name: str, unit: str, mean: float) -> Parameter:
+    std, most = FACTORS[name.split(".")[1]]
+    return Parameter(name=name, unit=unit, mean=mean, std=std, lower=mean / most,
+                     upper=mean * most, scale=Scale.LOG)  # fmt: skip
+
+
+def _porosity(name: str, numbers: dict[str, float]) -> Parameter:
+    mean = numbers[name]
+    return Parameter(name=name, unit="", mean=mean, std=0.04, lower=0.5 * mean,
+                     upper=min(0.5 * (1 + mean), 1.6 * mean))  # fmt: skip

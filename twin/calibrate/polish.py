@@ -1,0 +1,87 @@
+"""From a good guess to the least squares: Gauss-Newton with exact sensitivities, within bounds.
+
+Each step solves the linearised problem within the bounds, damped (Levenberg, Marquardt) by what the
+last step was worth: K. Madsen, H. B. Nielsen, O. Tingleff, Methods for non-linear least squares
+problems (2nd ed., Technical University of Denmark, 2004), algorithm 3.16.
+"""
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+from scipy.optimize import lsq_linear
+
+from twin.calibrate.objective import Problem
+
+FloatArray = npt.NDArray[np.float64]
+
+FIRST_DAMPING = 1e-3  # of the largest curvature
+SMALL_STEP = 1e-3  # standard deviations of the prior, of the whole step
+SMALL_GAIN = 1e-5  # of the cost, and of a half: what noise makes of one residual
+MOST_DAMPING = 1e12
+MOST_STEPS = 60
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Polished:
+    """The best so far.
+
+    Attributes:
+        q: (k,) coordinates.
+        cost: half the sum of squares.
+        steps: linearisations so far.
+    """
+
+    q: FloatArray
+    cost: float
+    steps: int
+
+
+def polish(
+    problem: Problem, start: FloatArray, *, most_steps: int = MOST_STEPS
+) -> Iterator[Polished]:
+    """Ever better points, the last one the least squares near `start` (k,).
+
+    The first is `start` itself, within bounds; Infeasible if no cell has its values.
+    """
+    low, high = problem.bounds
+    q = np.clip(start, low, high)
+    residuals, slopes = problem.linearised(q)
+    cost = 0.5 * float(residuals @ residuals)
+    damping, grow = FIRST_DAMPING * float((slopes**2).sum(axis=0).max()), 2.0
+    yield Polished(q, cost, 0)
+    for step in range(1, most_steps + 1):
+        change = _step(residuals, slopes, damping, (low - q, high - q))
+        expected = cost - 0.5 * float(np.sum((residuals + slopes @ change) ** 2))
+        trial = np.clip(q + change, low, high)
+        trial_cost = problem.cost(trial)
+        gain = cost - trial_cost
+        if np.linalg.norm(change) < SMALL_STEP or expected < SMALL_GAIN * (cost + 0.5):
+            if gain > 0:
+                yield Polished(trial, trial_cost, step)
+            return
+        if gain <= 0:
+            damping, grow = damping * grow, 2.0 * grow
+            if damping > MOST_DAMPING:
+                return
+            continue
+        q, cost = trial, trial_cost
+        damping *= max(1 / 3, 1 - (2 * gain / expected - 1) ** 3)
+        grow = 2.0
+        yield Polished(q, cost, step)
+        residuals, slopes = problem.linearised(q)
+
+
+def _step(
+    residuals: FloatArray, slopes: FloatArray, damping: float, bounds: tuple[FloatArray, FloatArray]
+) -> FloatArray:
+    """(k,) least squares of the linearised problem with `damping`, within `bounds`."""
+    k = slopes.shape[1]
+    # the triangular factor has the same normal equations and is small
+    whole = np.vstack([np.column_stack([slopes, -residuals]), np.zeros((k, k + 1))])
+    whole[-k:, :k] = np.sqrt(damping) * np.eye(k)
+    factor = np.linalg.qr(whole).R
+    upper = np.maximum(bounds[1], bounds[0] + 1e-12)
+    solved = lsq_linear(factor[:, :k], factor[:, k], bounds=(bounds[0], upper))
+    return np.asarray(solved.x, dtype=float)

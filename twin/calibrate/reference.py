@@ -1,0 +1,143 @@
+"""A reference test of one cell, with the sign of its current, and what it leaves unknown."""
+
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from twin.calibrate.table import CalibrationError, MeasuredTable
+from twin.load import Between
+from twin.pack import Pack
+
+FloatArray = npt.NDArray[np.float64]
+
+OUTSIDE_V = 0.15  # a cell's sensor may err, and a pulse may go beyond a cut-off, by so much
+NEAR_V = 0.02  # of a cut-off: reached
+QUIET = 1e-3  # of the capacity in an hour: a smaller current is none
+PERCENTILES = (1.0, 99.0)  # of the voltage: a spike is no wrong series count
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class ReferenceTest:
+    """One test of the mean cell of a pack.
+
+    Attributes:
+        name: of the test.
+        time_s: (n,) strictly increasing, from 0.
+        current_A: (n,) of one cell, discharge positive.
+        voltage_V: (n,) of one cell, at the same times as the current.
+        between: how the current runs between the samples.
+        ambient_K: temperature of the surroundings.
+        remarks: what was detected, and what this test leaves unknown.
+    """
+
+    name: str
+    time_s: FloatArray
+    current_A: FloatArray
+    voltage_V: FloatArray
+    between: Between = Between.HOLD
+    ambient_K: float = 298.15
+    remarks: tuple[str, ...] = ()
+
+    def drawn_C(self) -> FloatArray:
+        """(n,) charge drawn from the cell up to each sample."""
+        dt, i = np.diff(self.time_s), self.current_A
+        mean = i[:-1] if self.between is Between.HOLD else (i[:-1] + i[1:]) / 2
+        return np.concatenate([[0.0], np.cumsum(dt * mean)])
+
+
+def reference_test(
+    table: MeasuredTable, pack: Pack, *, between: Between = Between.HOLD, ambient_K: float = 298.15
+) -> ReferenceTest:
+    """The test of the mean cell of `pack` that `table` holds, at pack level.
+
+    The sign of the current is that which makes a discharge lower the voltage. A column of
+    temperatures gives that of the surroundings by its first value.
+
+    Raises:
+        CalibrationError: no current flows, or the voltage is not that of so many cells in series.
+    """
+    voltage_V = table.voltage_V / pack.series
+    _check_series(table, pack)
+    sign, said = discharge_sign(table.current_A, table.voltage_V, name=table.name)
+    if table.temperature_K is not None:
+        ambient_K = float(table.temperature_K[0])
+    return ReferenceTest(
+        name=table.name,
+        time_s=table.time_s,
+        current_A=sign * table.current_A / pack.parallel,
+        voltage_V=voltage_V,
+        between=between,
+        ambient_K=ambient_K,
+        remarks=(said,),
+    )
+
+
+def discharge_sign(current: FloatArray, voltage: FloatArray, *, name: str) -> tuple[float, str]:
+    """1 or -1, the factor that makes discharge positive, and how it was seen.
+
+    More discharge current is less voltage at once: the sum of products of their changes from
+    sample to sample is negative. Without a change of current, voltage falls in discharge.
+    CalibrationError where neither shows.
+    """
+    if not np.abs(current).max() > 0:
+        raise CalibrationError(f"{name}: the current is zero throughout: nothing to calibrate from")
+    jumps = np.diff(current)
+    large = np.abs(jumps) > 0.2 * np.abs(current).max()
+    together = float(np.dot(jumps[large], np.diff(voltage)[large]))
+    how = "at its jumps"
+    if together == 0.0:
+        together = float(np.dot((current[1:] + current[:-1]) / 2, np.diff(voltage)))
+        how = "as it flows"
+    if together == 0.0:
+        raise CalibrationError(
+            f"{name}: the voltage does not answer the current: is the column the cell's voltage?"
+        )
+    sign = -1.0 if together > 0 else 1.0
+    meaning = "discharge" if sign > 0 else "charge"
+    return sign, f"positive current is {meaning}: the voltage says so {how}"
+
+
+def _check_series(table: MeasuredTable, pack: Pack) -> None:
+    low, high = np.percentile(table.voltage_V, PERCENTILES) / pack.series
+    least, most = pack.cell.lower_cut_off_V - OUTSIDE_V, pack.cell.upper_cut_off_V + OUTSIDE_V
+    if least <= low and high <= most:
+        return
+    total = float(np.percentile(table.voltage_V, PERCENTILES[1]))
+    fits = [
+        n
+        for n in range(1, round(total / pack.cell.lower_cut_off_V) + 1)
+        if least <= low * pack.series / n and total / n <= most
+    ]
+    hint = f"; it fits {' or '.join(map(str, fits))} in series" if fits else ""
+    raise CalibrationError(
+        f"{table.name}: {low:.3f} to {high:.3f} V a cell with {pack.series} in series, but "
+        f"{pack.cell.name} works from {pack.cell.lower_cut_off_V} to "
+        f"{pack.cell.upper_cut_off_V} V: "
+        f"check series in the pack file and the unit of the voltage{hint}"
+    )
+
+
+def left_unknown(tests: tuple[ReferenceTest, ...], pack: Pack) -> tuple[str, ...]:
+    """What all `tests` together cannot tell for want of reaching a cut-off, in words."""
+    cell = pack.cell
+    lowest = min(float(t.voltage_V.min()) for t in tests)
+    highest = max(float(t.voltage_V[: _begin(t)].max()) for t in tests)
+    out = []
+    if lowest > cell.lower_cut_off_V + NEAR_V:
+        out.append(
+            f"no test reaches the lower cut-off of {cell.lower_cut_off_V} V (lowest: "
+            f"{lowest:.3f} V): the empty end of the stoichiometry windows and the capacity rest "
+            "on the shape of the curve above it"
+        )
+    if highest < cell.upper_cut_off_V - 5 * NEAR_V:
+        out.append(
+            f"no test starts near the upper cut-off of {cell.upper_cut_off_V} V (highest at a "
+            f"start: {highest:.3f} V): the full end of the stoichiometry windows is extrapolated"
+        )
+    return tuple(out)
+
+
+def _begin(test: ReferenceTest) -> int:
+    """Samples before the first discharge, one at least."""
+    return max(1, int(np.argmax(test.current_A > QUIET * np.abs(test.current_A).max())))

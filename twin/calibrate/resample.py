@@ -1,0 +1,203 @@
+"""Samples of a test by what they tell, not by the clock.
+
+A test is cut into phases of constant current. In each, samples are kept close together after the
+change of the current and ever further apart later, or where the voltage moves; each kept sample
+carries the mean of those around it. So 10 h at 0.1C become some hundred samples, 10 s of a pulse
+some twenty, each with the noise that is left in it: neither drowns the other.
+"""
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from itertools import pairwise
+
+import numpy as np
+import numpy.typing as npt
+
+from twin.calibrate.reference import ReferenceTest
+from twin.load import Between, Load
+
+FloatArray = npt.NDArray[np.float64]
+IntArray = npt.NDArray[np.int64]
+
+SAME_CURRENT = 0.01  # of the largest: a sample that differs by more begins a phase
+GROWTH = 0.15  # distance of kept samples over the time since the current changed
+CHARGE_SHARE = 2e-3  # of the capacity: most between kept samples
+LONGEST_S = 60.0  # at rest too
+APART_V = 0.01  # most between kept samples: what is bent between them stays below 0.5 mV
+FIRST_STEP_S, STEP_GROWTH = 0.25, 0.3  # of the simulation, after a change of the current
+FLOOR_V = 1e-3
+"""What the model may miss in each kept sample, beside noise: without it a mean over a minute would
+outweigh all else."""
+LEAST_NOISE_V = 1e-4
+START_SAMPLES = 5  # of a rest: their mean is the voltage at the start
+RESTED_V, LOADED_V = 5e-3, 0.05  # how well the first samples tell the open-circuit voltage
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Sampled:
+    """A test as it is simulated and compared.
+
+    Attributes:
+        name: of the test.
+        load: of one cell; its samples are the steps of the simulation.
+        at: (m,) samples of the load that are compared.
+        voltage_V: (m,) measured there.
+        count: (m,) samples whose mean that is.
+        sigma_V: (m,) standard deviation of what is measured minus simulated, as expected.
+        drawn_C: (m,) charge drawn since the start.
+        noise_V: of one sample of the test.
+        start_V: about the open-circuit voltage at the start,
+        start_sigma_V: and how well that is known.
+    """
+
+    name: str
+    load: Load
+    at: IntArray
+    voltage_V: FloatArray
+    count: FloatArray
+    sigma_V: FloatArray
+    drawn_C: FloatArray
+    noise_V: float
+    start_V: float
+    start_sigma_V: float
+
+
+def sampled(test: ReferenceTest, capacity_C: float) -> Sampled:
+    """`test` of a cell of about `capacity_C` with few samples that tell as much."""
+    noise_V = max(noise_of(test), LEAST_NOISE_V)
+    cuts = phases(test.current_A) if test.between is Between.HOLD else np.array([0])
+    bounds = [*cuts.tolist(), test.time_s.size - 1]
+    drawn_C = test.drawn_C()
+    nodes: list[IntArray] = []
+    times: list[FloatArray] = []
+    currents: list[FloatArray] = []
+    for a, b in pairwise(bounds):
+        if test.between is Between.HOLD:
+            mean_A = (drawn_C[b] - drawn_C[a]) / (test.time_s[b] - test.time_s[a])
+            kept = kept_samples(test, a, b, capacity_C, mean_A)
+            fine_s = with_steps(test.time_s[kept], test.time_s[b])
+            nodes.append(kept)
+            times.append(fine_s)
+            currents.append(np.full(fine_s.size, mean_A))
+        else:
+            nodes.append(np.arange(a, b))
+            times.append(test.time_s[a:b])
+            currents.append(test.current_A[a:b])
+    last = bounds[-1]
+    time_s = np.append(np.concatenate(times), test.time_s[last])
+    current_A = np.append(np.concatenate(currents), test.current_A[last])
+    index = np.append(np.concatenate(nodes), last)
+    voltage_V, count = local_means(test, index, cuts)
+    start_V, start_sigma_V = _start(test, bounds, capacity_C)
+    return Sampled(
+        name=test.name,
+        load=Load(
+            time_s=time_s, current_A=current_A, between=test.between, ambient_K=test.ambient_K,
+            longest_step_s=LONGEST_S if test.between is Between.HOLD else 1.0,
+        ),
+        at=np.searchsorted(time_s, test.time_s[index]),
+        voltage_V=voltage_V,
+        count=count,
+        sigma_V=np.sqrt(noise_V**2 / count + FLOOR_V**2),
+        drawn_C=drawn_C[index],
+        noise_V=noise_V,
+        start_V=start_V,
+        start_sigma_V=start_sigma_V,
+    )  # fmt: skip
+
+
+def phases(current_A: FloatArray) -> IntArray:
+    """First sample of each stretch of constant current; a last one of its own is none."""
+    tolerance_A = SAME_CURRENT * float(np.abs(current_A).max())
+    starts, first_A = [0], float(current_A[0])
+    for k, value in enumerate(current_A[:-1].tolist()):
+        if abs(value - first_A) > tolerance_A:
+            starts.append(k)
+            first_A = value
+    return np.array(starts)
+
+
+def kept_samples(
+    test: ReferenceTest, first: int, stop: int, capacity_C: float, mean_A: float
+) -> IntArray:
+    """Those of the phase [first, stop) that tell something new."""
+    time_s, voltage_V = test.time_s, test.voltage_V
+    most_s = min(LONGEST_S, CHARGE_SHARE * capacity_C / max(abs(mean_A), 1e-12))
+    out, k = [first], first
+    while k + 1 < stop:
+        reach_s = min(GROWTH * (time_s[k] - time_s[first]), most_s)
+        end = int(np.searchsorted(time_s, time_s[k] + reach_s, side="right"))
+        end = min(max(end - 1, k + 1), stop - 1)
+        moved = np.abs(voltage_V[k + 1 : end + 1] - voltage_V[k]) > APART_V
+        k = k + 1 + int(np.argmax(moved)) if moved.any() else end
+        out.append(k)
+    return np.array(out)
+
+
+def with_steps(kept_s: FloatArray, stop_s: float) -> FloatArray:
+    """(m,) `kept_s` with steps between, short after a change of the current; before `stop_s`."""
+    return np.concatenate(
+        [
+            _steps(float(a), float(b), float(kept_s[0]))
+            for a, b in zip(kept_s, np.append(kept_s[1:], stop_s), strict=True)
+        ]
+    )
+
+
+def _steps(start_s: float, stop_s: float, changed_s: float) -> FloatArray:
+    """Times from `start_s`, included, to `stop_s`, not included."""
+    return np.array(list(_growing(start_s, stop_s, changed_s)))
+
+
+def _growing(start_s: float, stop_s: float, changed_s: float) -> Iterator[float]:
+    now_s = start_s
+    while now_s < stop_s:
+        yield now_s
+        step_s = max(FIRST_STEP_S, STEP_GROWTH * (now_s - changed_s))
+        left_s = stop_s - now_s
+        now_s = stop_s if left_s < 1.5 * step_s else now_s + step_s
+
+
+def local_means(
+    test: ReferenceTest, index: IntArray, cuts: IntArray
+) -> tuple[FloatArray, FloatArray]:
+    """(m,) voltage at the samples `index`, a mean of those around each, and how many they were.
+
+    As many on either side, half way to the next kept one and within the phase; a slope that
+    uneven times leave in the mean is taken out.
+    """
+    before = np.diff(index, prepend=index[0])
+    after = np.diff(index, append=index[-1])
+    half = np.minimum(before, after) // 2
+    half[np.isin(index, cuts)] = 0
+    value, time_s = np.empty(index.size), test.time_s
+    for k, (i, h) in enumerate(zip(index.tolist(), half.tolist(), strict=True)):
+        span = slice(i - h, i + h + 1)
+        value[k] = test.voltage_V[span].mean()
+        if h:
+            rise = test.voltage_V[index[k + 1]] - test.voltage_V[index[k - 1]]
+            slope = rise / (time_s[index[k + 1]] - time_s[index[k - 1]])
+            value[k] -= slope * (time_s[span].mean() - time_s[i])
+    return value, 2.0 * half + 1.0
+
+
+def noise_of(test: ReferenceTest) -> float:
+    """Standard deviation of the noise of a sample [V], from third differences at steady current.
+
+    Their median, which a few jumps do not move; what is smooth cancels.
+    """
+    steady = np.abs(np.diff(test.current_A)) <= SAME_CURRENT * np.abs(test.current_A).max()
+    quiet = steady[:-2] & steady[1:-1] & steady[2:]
+    third = np.abs(np.diff(test.voltage_V, n=3))[quiet]
+    if third.size == 0:
+        return LEAST_NOISE_V
+    return float(np.median(third) / 0.6745 / np.sqrt(20.0))  # 1 + 9 + 9 + 1
+
+
+def _start(test: ReferenceTest, bounds: list[int], capacity_C: float) -> tuple[float, float]:
+    """About the open-circuit voltage at the start, and its standard deviation."""
+    resting = abs(test.current_A[0]) < 0.01 * capacity_C / 3600
+    if not resting:
+        return float(test.voltage_V[0]), LOADED_V
+    stop = min(max(bounds[1], 1), START_SAMPLES)
+    return float(test.voltage_V[:stop].mean()), RESTED_V

@@ -1,0 +1,265 @@
+"""From tests to a calibrated cell: `fit` step by step, `conclude` at the end.
+
+First the stoichiometry windows and the capacity from the slowest test, which shows little else;
+then all parameters by least squares from there. Where that leaves more than the noise explains, a
+search of the whole box, and least squares once more from what it found.
+"""
+
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import Protocol
+
+import numpy as np
+import numpy.typing as npt
+
+from twin.calibrate.advice import Advice, advise
+from twin.calibrate.answer import Answer, answer, excess_of
+from twin.calibrate.cell_map import Infeasible
+from twin.calibrate.checks import Fitted, fitted, predicted
+from twin.calibrate.objective import Problem, labelled_C
+from twin.calibrate.parameters import EMPTY_ENDS
+from twin.calibrate.polish import Polished, polish
+from twin.calibrate.reference import ReferenceTest, left_unknown
+from twin.calibrate.resample import sampled
+from twin.calibrate.table import CalibrationError
+from twin.pack import Pack
+
+FloatArray = npt.NDArray[np.float64]
+
+WINDOWS = ("negative.stoichiometry_max", *EMPTY_ENDS, "capacity_C", "series_resistance_ohm")
+STARTS = (0.0, -1.5, 1.5)  # of the first of WINDOWS
+EXPLAINED = 1.3  # mean square of the residuals over what was expected: nothing to search for
+ROUNDS, SETTLED = 5, 0.2  # of weights; largest change of a logarithm of one that is none
+WHOLE_TEST = 0.5  # of the capacity: a test that draws less shows no window
+
+
+class Found(Protocol):
+    """What a search yields."""
+
+    @property
+    def point(self) -> FloatArray:
+        """(k,) of the unit cube."""
+        ...
+
+    @property
+    def cost(self) -> float:
+        """There."""
+        ...
+
+
+class Search(Protocol):
+    """A minimiser on the unit cube."""
+
+    def __call__(
+        self, evaluate: Callable[[FloatArray], FloatArray], dimension: int, *, seed: int,
+        evaluations: int, start: FloatArray,
+    ) -> Iterator[Found]:  # fmt: skip
+        """Ever better points; the first comes from `start` (k,)."""
+        ...
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Progress:
+    """The best so far.
+
+    Attributes:
+        stage: what is being done, in a word.
+        problem: whose coordinates they are; its tests weigh less where the model misses them.
+        q: (k,) coordinates.
+        cost: half the sum of squared residuals of `problem`.
+        rms_V: measured minus simulated, root mean square over the compared samples.
+    """
+
+    stage: str
+    problem: Problem
+    q: FloatArray
+    cost: float
+    rms_V: float
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Calibration:
+    """A calibrated cell and what is known of it.
+
+    Attributes:
+        problem: tests and parameters.
+        q: (k,) coordinates of the estimate.
+        numbers: of the kernel, by name.
+        answer: parameters with their errors.
+        fitted: every test in full.
+        advice: further tests, the most informative first.
+        remarks: what was detected in the tests, and what they leave unknown.
+    """
+
+    problem: Problem
+    q: FloatArray
+    numbers: Mapping[str, float]
+    answer: Answer
+    fitted: tuple[Fitted, ...]
+    advice: tuple[Advice, ...]
+    remarks: tuple[str, ...]
+
+
+def problem_of(
+    pack: Pack, tests: Sequence[ReferenceTest], *, only: Sequence[str] | None = None
+) -> Problem:
+    """What is to be fitted; `only` names the parameters of the cell that are free, None all.
+
+    CalibrationError without a test, with two of one name, or a pack whose cells differ.
+    """
+    if not tests:
+        raise CalibrationError("no test to calibrate from")
+    if len({t.name for t in tests}) < len(tests):
+        raise CalibrationError("two tests have the same name: rename one")
+    if pack.stressed or pack.weak:
+        raise CalibrationError(
+            "the cells of this pack differ, or stress enhances their diffusion: calibrate without "
+            "those effects in the pack file"
+        )
+    return Problem(pack, [sampled(t, labelled_C(pack)) for t in tests], only=only)
+
+
+def fit(
+    problem: Problem, *, start: Mapping[str, float] | None = None, search: Search | None = None,
+    evaluations: int = 4000, seed: int = 0,
+) -> Iterator[Progress]:  # fmt: skip
+    """Ever better fits; stop iterating whenever it is good enough.
+
+    `start` are values of an earlier fit to go on from, by name. `search` is used where least
+    squares alone do not explain the tests; None leaves it at them.
+    """
+    best = None
+    for best in _fresh(problem) if start is None else _polished(problem, _from(problem, start)):
+        yield best
+    assert best is not None
+    if search is None or best.cost < EXPLAINED * 0.5 * sum(t.at.size for t in problem.tests):
+        yield from _reweighted(best)
+        return
+    low, high = problem.bounds
+    unit = (best.q - low) / (high - low)
+    for found in search(problem.costs, unit.size, seed=seed, evaluations=evaluations, start=unit):
+        if found.cost < best.cost:
+            best = _progress(problem, "search", low + found.point * (high - low), found.cost)
+        yield best
+    for polished in _polished(problem, best.q):
+        if polished.cost <= best.cost:
+            yield (best := polished)
+    yield from _reweighted(best)
+
+
+def _reweighted(best: Progress) -> Iterator[Progress]:
+    """Least squares again, tests weighed by what the model misses in them, until that stays.
+
+    What was expected of the residuals knows of noise alone. Where the model itself is off, and the
+    same way in many samples, they would drive parameters far from their prior to no purpose.
+    """
+    expected = [t.sigma_V for t in best.problem.tests]
+    for _ in range(ROUNDS):
+        problem = best.problem
+        scale = np.sqrt(excess_of(problem, problem.residuals(best.q)))
+        tests = [
+            replace(t, sigma_V=np.maximum(least_V, t.sigma_V * s))
+            for t, least_V, s in zip(problem.tests, expected, scale.tolist(), strict=True)
+        ]
+        ratios = [a.sigma_V / b.sigma_V for a, b in zip(tests, problem.tests, strict=True)]
+        if np.abs(np.log(np.concatenate(ratios))).max() < SETTLED:
+            return
+        weighed = problem.of_other_tests(tests)
+        for polished in _polished(weighed, best.q):
+            best = polished
+            yield best
+
+
+def conclude(
+    problem: Problem, q: FloatArray, tests: Sequence[ReferenceTest], *, cross_validate: bool
+) -> Calibration:
+    """What the fit `q` of `problem` to `tests` tells; `cross_validate` also predicts each test."""
+    told = answer(problem, q)
+    shown = fitted(problem, q, tests)
+    if cross_validate and len(tests) > 1:
+        shown = tuple(
+            replace(f, held_out_V=predicted(problem, q, tests, k)) for k, f in enumerate(shown)
+        )
+    remarks = [f"{t.name}: {r}" for t in tests for r in t.remarks]
+    return Calibration(
+        problem=problem,
+        q=q,
+        numbers=problem.mapped(q, 0).numbers,
+        answer=told,
+        fitted=shown,
+        advice=advise(problem, q, told),
+        remarks=(*remarks, *left_unknown(tuple(tests), problem.pack)),
+    )
+
+
+def values_by_name(problem: Problem, q: FloatArray) -> dict[str, float]:
+    """Of all parameters: what `fit` can go on from."""
+    names = [p.name for p in problem.table]
+    return dict(zip(names, problem.values(q).tolist(), strict=True))
+
+
+def _fresh(problem: Problem) -> Iterator[Progress]:
+    best = None
+    for best in _windows(problem):
+        yield best
+    assert best is not None
+    yield from _polished(problem, best.q)
+
+
+def _windows(problem: Problem) -> Iterator[Progress]:
+    """Windows and capacity from the slowest whole test, all else at its prior."""
+    slow = _slowest(problem)
+    names = [p.name for p in problem.parameters]
+    own = problem.with_only([name for name in names if name in WINDOWS], [slow])
+    drawn_C = float(np.ptp(problem.tests[slow].drawn_C))
+    results = [r for start in STARTS for r in _last(own, _window_start(own, start, drawn_C))]
+    q = np.zeros(len(names))
+    if results:
+        best = min(results, key=lambda r: r.cost)
+        for p, value in zip(own.parameters, best.q.tolist(), strict=True):
+            q[names.index(p.name)] = value
+    q = np.clip(q, *problem.bounds)
+    yield _progress(problem, "windows", q, problem.cost(q))
+
+
+def _window_start(own: Problem, full: float, drawn_C: float) -> FloatArray:
+    """Where the fit of the windows starts: the capacity is what a whole test has drawn."""
+    q = np.array([full if p.name == WINDOWS[0] else 0.0 for p in own.parameters])
+    for k, p in enumerate(own.parameters):
+        if p.name == "capacity_C" and drawn_C > WHOLE_TEST * own.nominal_C:
+            q[k] = p.coordinate(drawn_C)
+    return q
+
+
+def _last(problem: Problem, start: FloatArray) -> list[Polished]:
+    """Where least squares lead; empty if no cell has the values of `start`."""
+    try:
+        return list(polish(problem, start))[-1:]
+    except Infeasible:
+        return []
+
+
+def _polished(problem: Problem, q: FloatArray) -> Iterator[Progress]:
+    for polished in polish(problem, q):
+        yield _progress(problem, "least squares", polished.q, polished.cost)
+
+
+def _slowest(problem: Problem) -> int:
+    """Position of the test with the least current of those that draw most of the charge."""
+    spans = np.array([np.ptp(t.drawn_C) for t in problem.tests])
+    mean_A = [spans[k] / t.load.time_s[-1] for k, t in enumerate(problem.tests)]
+    whole = spans > WHOLE_TEST * problem.nominal_C
+    return int(np.argmin(np.where(whole, mean_A, np.inf))) if whole.any() else int(spans.argmax())
+
+
+def _from(problem: Problem, start: Mapping[str, float]) -> FloatArray:
+    low, high = problem.bounds
+    q = [p.coordinate(start[p.name]) if p.name in start else 0.0 for p in problem.parameters]
+    return np.asarray(np.clip(q, low, high), dtype=float)
+
+
+def _progress(problem: Problem, stage: str, q: FloatArray, cost: float) -> Progress:
+    error = problem.residuals(q)[: sum(t.at.size for t in problem.tests)]
+    sigma_V = np.concatenate([t.sigma_V for t in problem.tests])
+    rms_V = float(np.sqrt(np.mean((error * sigma_V) ** 2)))
+    return Progress(stage=stage, problem=problem, q=q, cost=cost, rms_V=rms_V)

@@ -1,0 +1,131 @@
+"""A reference test from a CSV file: columns by what their header says of quantity and unit."""
+
+import csv
+import re
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import TextIO
+
+import numpy as np
+import numpy.typing as npt
+
+FloatArray = npt.NDArray[np.float64]
+
+# quantity -> words of a header that mean it, and unit -> (factor, offset) to SI
+QUANTITIES: Mapping[str, tuple[str, Mapping[str, tuple[float, float]]]] = {
+    "time_s": (
+        r"time|^t$",
+        {"s": (1.0, 0.0), "ms": (1e-3, 0.0), "us": (1e-6, 0.0), "min": (60.0, 0.0),
+         "h": (3600.0, 0.0)},
+    ),
+    "current_A": (r"current|^i$", {"a": (1.0, 0.0), "ma": (1e-3, 0.0)}),
+    "voltage_V": (r"voltage|recorded|^[uv]$", {"v": (1.0, 0.0), "mv": (1e-3, 0.0)}),
+    "temperature_K": (r"temp", {"k": (1.0, 0.0), "c": (1.0, 273.15)}),
+}  # fmt: skip
+LONG_UNITS = {
+    "sec": "s", "second": "s", "seconds": "s", "hours": "h", "hour": "h", "minutes": "min",
+    "amps": "a", "ampere": "a", "volt": "v", "volts": "v", "degc": "c", "°c": "c", "celsius": "c",
+    "degree_c": "c", "kelvin": "k", "µs": "us", "μs": "us",
+}  # fmt: skip
+OPTIONAL = ("temperature_K",)
+HEADER = re.compile(r"^(?P<what>.*?)[\s_]*(?:[\[(/_]|\s)\s*(?P<unit>[a-zµμ°_]+)\s*[\])]?$")
+
+
+class CalibrationError(ValueError):
+    """What cannot be calibrated; the text says what, where and what to do."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class MeasuredTable:
+    """The columns of a file, (n,) each, in SI, signs as in the file.
+
+    Attributes:
+        name: of the file.
+        time_s: from the first sample.
+        current_A: of whatever was measured, cell or pack.
+        voltage_V: likewise.
+        temperature_K: if there is such a column.
+    """
+
+    name: str
+    time_s: FloatArray
+    current_A: FloatArray
+    voltage_V: FloatArray
+    temperature_K: FloatArray | None
+
+
+def read_test(stream: TextIO, *, name: str) -> MeasuredTable:
+    """The columns for time, current and voltage, and temperature if there is one.
+
+    A header names quantity and unit: "Test Time / s", "Current [mA]", "voltage_V". Where several
+    fit, the first is taken. Lines with an empty cell in a needed column are left out.
+
+    Raises:
+        CalibrationError: a column is missing, a cell is no number, or time does not increase.
+    """
+    rows = csv.reader(stream)
+    header = next(rows, [])
+    places = {quantity: _column(header, quantity) for quantity in QUANTITIES}
+    for quantity, place in places.items():
+        if place is None and quantity not in OPTIONAL:
+            units = " or ".join(QUANTITIES[quantity][1])
+            raise CalibrationError(
+                f"{name}: no column for {quantity}: expected a header with quantity and unit "
+                f"({units}), such as 'Current / A'; the first line has {header}"
+            )
+    taken = {q: place for q, place in places.items() if place is not None}
+    lines = [(rows.line_num, row) for row in rows if _full(row, taken)]
+    columns = {q: _values(lines, place, q, name) for q, place in taken.items()}
+    time_s = columns["time_s"]
+    if time_s.size < 2:
+        raise CalibrationError(f"{name}: {time_s.size} samples: no test")
+    if (stuck := np.flatnonzero(np.diff(time_s) <= 0)).size:
+        line = lines[stuck[0] + 1][0]
+        raise CalibrationError(
+            f"{name}, line {line}: time does not exceed that of the line before "
+            f"({stuck.size} such lines): leave one of each pair out"
+        )
+    return MeasuredTable(
+        name=name,
+        time_s=time_s - time_s[0],
+        current_A=columns["current_A"],
+        voltage_V=columns["voltage_V"],
+        temperature_K=columns.get("temperature_K"),
+    )
+
+
+def _column(header: Sequence[str], quantity: str) -> tuple[int, float, float] | None:
+    """Place, factor and offset of the first column whose header names `quantity` with a unit."""
+    words, units = QUANTITIES[quantity]
+    for place, title in enumerate(header):
+        parts = HEADER.match(title.strip().lstrip("\ufeff").casefold())
+        if parts is None:
+            continue
+        unit = LONG_UNITS.get(parts["unit"], parts["unit"])
+        if unit in units and re.search(words, parts["what"]):
+            return (place, *units[unit])
+    return None
+
+
+def _full(row: Sequence[str], taken: Mapping[str, tuple[int, float, float]]) -> bool:
+    return all(place < len(row) and row[place].strip() for place, _, _ in taken.values())
+
+
+def _values(
+    lines: Sequence[tuple[int, Sequence[str]]],
+    column: tuple[int, float, float],
+    quantity: str,
+    name: str,
+) -> FloatArray:
+    place, factor, offset = column
+    out = np.empty(len(lines))
+    for k, (line, row) in enumerate(lines):
+        try:
+            out[k] = float(row[place])
+        except ValueError as e:
+            raise CalibrationError(
+                f"{name}, line {line}: {quantity} is {row[place]!r}, no number"
+            ) from e
+        if not np.isfinite(out[k]):
+            raise CalibrationError(f"{name}, line {line}: {quantity} is {row[place]!r}")
+    return out * factor + offset
