@@ -51,7 +51,7 @@ def curves() -> dict[str, list[tuple[str, float]]]:
     weak = [WeakCell(cell=k, capacity_factor=1 - k / 100) for k in (1, 2, 3)]
     effects: dict[str, tuple[AnyEffect, ...]] = {
         "none": (), "heat": (SelfHeating(),), "ageing": ALL[1:], "both": ALL,
-        "and stress": (*ALL, StressEnhancedDiffusion()),
+        "+ stress": (*ALL, StressEnhancedDiffusion()),
     }  # fmt: skip
     return {
         "nodes of an electrode": [(str(n), cost_s(aged, load, m)) for n, m in meshes.items()],
@@ -82,7 +82,7 @@ def main(picture: str | None) -> None:
         axes.bar(labels, [1e3 * s for s in values], color="#4477aa")
         axes.set_xlabel(title)
         axes.set_ylabel("ms")
-        axes.tick_params(axis="x", labelsize=8)
+        axes.tick_params(axis="x", labelsize=8, rotation=30 if title == "effects" else 0)
     canvas.savefig(picture, dpi=120)
 
 
