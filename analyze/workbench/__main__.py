@@ -228,7 +228,28 @@ def age(**options: object) -> None:
     show_default=True,
     help="How the current runs between rows: held (programmed steps), or straight (a sensor).",
 )
-@click.option("--resume", is_flag=True, help="Go on from the fit that lies beside --out.")
+@click.option(
+    "--evaluations",
+    type=click.IntRange(min=0),
+    metavar="N",
+    default=4000,
+    show_default=True,
+    help="Most simulations of all tests by the global search, which is made where least squares "
+    "leave more than noise; 0: no search. With --resume those of the earlier search are counted.",
+)
+@click.option(
+    "--seed",
+    type=click.IntRange(min=0),
+    metavar="N",
+    default=0,
+    show_default=True,
+    help="Of the random numbers of the search: the same, the same search.",
+)
+@click.option(
+    "--resume",
+    is_flag=True,
+    help="Go on from the fit that lies beside --out, and with its search where there was one.",
+)
 def calibrate(**options: object) -> None:
     """Fit the parameters of a pack's cell to reference tests.
 
@@ -237,9 +258,9 @@ def calibrate(**options: object) -> None:
     sign of the current is detected. The cell of the pack file is where the fit starts from, and
     what remains where the tests tell nothing.
 
-    Writes a pack file, its cell as BPX (.bpx.json) and the fit (.fit.json: parameters with
-    standard errors and correlations, errors by test and state of charge, further tests worth
-    making).
+    Writes a pack file, its cell as BPX (.bpx.json), the fit (.fit.json: parameters with standard
+    errors and correlations, errors by test and state of charge, further tests worth making) and,
+    where there was a search, what it evaluated (.search.json).
 
     The exit code is 0 if the fit came to its end, 2 if a file or an option cannot be used, 130
     after Ctrl-C (the best so far is written).

@@ -4,6 +4,7 @@ import json
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
+from itertools import groupby
 from pathlib import Path
 
 import click
@@ -13,6 +14,7 @@ from analyze.interrupt import asked_to_stop
 from analyze.names import printable
 from analyze.workbench.drawn import pack_alone, pack_lines, refusing
 from analyze.workbench.listing import print_table
+from analyze.workbench.search_file import going_on, read_journal
 from analyze.workbench.watch import watching
 from reports.quantity import MISSING
 from twin.calibrate.answer import Estimate
@@ -20,13 +22,15 @@ from twin.calibrate.objective import Problem
 from twin.calibrate.out import cell_text, fit_text, pack_text
 from twin.calibrate.polish import MOST_STEPS
 from twin.calibrate.reference import ReferenceTest, reference_test
-from twin.calibrate.run import Calibration, Progress, conclude, fit, problem_of
+from twin.calibrate.run import SEARCH, Calibration, Progress, conclude, fit, problem_of
+from twin.calibrate.search import Journal, SearchError
 from twin.calibrate.table import CalibrationError, read_test
 from twin.load import Between
 from twin.pack import Pack
 from twin.whole_file import write_whole
 
 SHOWN_ADVICE = 3
+LEAST_SQUARES = MOST_STEPS, "steps"
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -38,6 +42,8 @@ class Request:
     out: Path
     between: str
     resume: bool
+    seed: int
+    evaluations: int
 
     def __post_init__(self) -> None:
         if self.out.suffix != ".toml":
@@ -53,6 +59,11 @@ class Request:
         """The fit, beside the pack file."""
         return self.out.with_suffix(".fit.json")
 
+    @property
+    def search_file(self) -> Path:
+        """What the search has evaluated, beside the pack file."""
+        return self.out.with_suffix(".search.json")
+
 
 def run(request: Request) -> int:
     """Fit, write and tell; the exit code."""
@@ -62,17 +73,18 @@ def run(request: Request) -> int:
         tests = [_read(path, pack, request.between, use.ambient_K) for path in request.tests]
         problem = problem_of(pack, tests)
     make_writable(request.out.parent)
-    start = _earlier(request)
+    start, journal = _earlier(request)
     click.echo(pack_lines(use))
     for text in doubts:
         click.echo(f"doubtful {text}", err=True)
-    best, interrupted = _fitted(problem, start)
+    best, interrupted = _fitted(request, problem, start, journal)
     found = conclude(best.problem, best.q, tests, cross_validate=not interrupted)
     with _refusing():
         write_whole(request.cell_file, cell_text(found))
         text = pack_text(found, pack, choice.file, cell=request.cell_file.name)
         write_whole(request.out, text)
         write_whole(request.fit_file, fit_text(found))
+        _keep(request.search_file, journal)
     return _tell(request, found, interrupted=interrupted)
 
 
@@ -95,28 +107,63 @@ def _read(path: Path, pack: Pack, between: str, ambient_K: float) -> ReferenceTe
     return reference_test(table, pack, between=Between(between), ambient_K=ambient_K)
 
 
-def _earlier(request: Request) -> Mapping[str, float] | None:
-    """The values of the fit that is gone on from."""
+def _earlier(request: Request) -> tuple[Mapping[str, float] | None, Journal]:
+    """The values of the fit that is gone on from, and its search."""
     if not request.resume:
-        return None
+        return None, Journal()
     shown = click.format_filename(request.fit_file)
     try:
         values = json.loads(request.fit_file.read_text(encoding="utf-8"))["values"]
-        return {str(name): float(value) for name, value in values.items()}
+        start = {str(name): float(value) for name, value in values.items()}
     except (OSError, ValueError, KeyError, TypeError, AttributeError) as e:
         raise WrongUse(f"--resume: {shown} holds no earlier fit: {e}") from e
+    with _refusing_search(request):
+        return start, read_journal(request.search_file)
 
 
-def _fitted(problem: Problem, start: Mapping[str, float] | None) -> tuple[Progress, bool]:
+def _fitted(
+    request: Request, problem: Problem, start: Mapping[str, float] | None, journal: Journal
+) -> tuple[Progress, bool]:
     """The best, and whether a person stopped it there."""
-    best, interrupted = None, False
-    with asked_to_stop("step") as stop, watching(MOST_STEPS, "steps") as tell:
-        for done, best in enumerate(fit(problem, start=start), start=1):
-            tell(done, f"{best.stage}: {1e3 * best.rms_V:.2f} mV a cell")
-            if interrupted := stop():
-                break
+    search = going_on(journal) if request.evaluations else None
+    steps = fit(
+        problem, start=start, search=search, evaluations=request.evaluations, seed=request.seed
+    )
+    best = None
+    with asked_to_stop("step") as stop, _refusing_search(request):
+        for stage, part in groupby(steps, key=lambda p: p.stage):
+            total = (request.evaluations, "evaluations") if stage == SEARCH else LEAST_SQUARES
+            with watching(*total) as tell:
+                for done, best in enumerate(part, start=1):
+                    tell(best.evaluations or done, _said(best))
+                    if stop():
+                        return best, True
+            assert best is not None
+            click.echo(f"fitted   {_said(best)}")
     assert best is not None  # the first comes before anything can stop it
-    return best, interrupted
+    return best, False
+
+
+def _said(best: Progress) -> str:
+    by = f", {best.algorithm} after {best.evaluations} evaluations" if best.evaluations else ""
+    return f"{best.stage}{by}: {1e3 * best.rms_V:.2f} mV a cell"
+
+
+@contextmanager
+def _refusing_search(request: Request) -> Iterator[None]:
+    try:
+        yield
+    except SearchError as e:
+        shown = click.format_filename(request.search_file)
+        raise WrongUse(f"--resume: {shown}: {e}; remove it to search anew from the fit") from e
+
+
+def _keep(file: Path, journal: Journal) -> None:
+    """The journal beside the fit it belongs to; none where nothing was searched."""
+    if len(journal):
+        write_whole(file, journal.to_json())
+    else:
+        file.unlink(missing_ok=True)
 
 
 HEADER = ("parameter", "value", "std", "90 % from", "to", "unit", "of the prior's std", "")

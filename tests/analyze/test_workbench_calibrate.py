@@ -5,6 +5,7 @@ import os
 import signal
 import tomllib
 from collections.abc import Iterator
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -17,7 +18,7 @@ from analyze.workbench.__main__ import main
 from tests.twin.calibrate.synthetic import NOISE_V, cell_pack, measured
 from twin.calibrate.objective import Problem
 from twin.calibrate.reference import ReferenceTest
-from twin.calibrate.run import Progress, fit
+from twin.calibrate.run import SEARCH, Progress, fit
 from twin.load import Between, Load
 from twin.simulate import simulate
 
@@ -40,10 +41,17 @@ def call(folder: Path, *arguments: str, out: str = "new.toml", pack: str = PACK)
     return CliRunner().invoke(main, ["calibrate", *arguments, *common])
 
 
-def put_test(folder: Path) -> tuple[str, ReferenceTest]:
-    """2C of a cell nobody knows, at the terminals of a 4s2p pack, discharge negative."""
+def put_test(
+    folder: Path, *, wave_V: float = 0.0, stop: int | None = None
+) -> tuple[str, ReferenceTest]:
+    """2C of a cell nobody knows, at the terminals of a 4s2p pack, discharge negative.
+
+    `wave_V` is the height of a wave on it that no cell has, `stop` where it ends early.
+    """
     (test,), _, _ = measured(cell_pack(), 4, ("2C",))
-    table = np.column_stack([test.time_s, -2 * test.current_A, 4 * test.voltage_V])
+    wave = wave_V * np.sin(test.time_s / 20.0)
+    test = replace(test, voltage_V=test.voltage_V + wave)
+    table = np.column_stack([test.time_s, -2 * test.current_A, 4 * test.voltage_V])[:stop]
     lines = [",".join(f"{v:.6f}" for v in row) for row in table]
     file = folder / "2C.csv"
     file.write_text("\n".join(["Test Time / s,Current / A,Voltage / V", *lines]) + "\n")
@@ -52,6 +60,8 @@ def put_test(folder: Path) -> tuple[str, ReferenceTest]:
 
 def test_a_pack_file_comes_out_whose_pack_does_what_was_measured(tmp_path: Path) -> None:
     file, test = put_test(tmp_path)
+    (tmp_path / "out").mkdir()
+    (tmp_path / "out" / "new.search.json").write_text("{}")  # of an earlier fit: it is replaced
     result = call(tmp_path, file)
     assert result.exit_code == 0, result.output
     assert "positive current is charge" in result.output
@@ -113,3 +123,35 @@ def test_what_was_found_before_an_interrupt_is_written(
     assert "--resume goes on from it" in result.output
     assert (tmp_path / "out" / "new.fit.json").exists()
     assert read_pack(tmp_path / "out" / "new.toml").file.pack.series == 4
+
+
+def test_what_least_squares_leave_is_searched_and_an_interrupted_search_gone_on_with(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def interrupted(problem: Problem, **options: object) -> Iterator[Progress]:
+        for best in fit(problem, **options):  # type: ignore[arg-type]
+            if best.stage == SEARCH:
+                os.kill(os.getpid(), signal.SIGINT)
+            yield best
+
+    file = put_test(tmp_path, wave_V=0.02, stop=150)[0]
+    with monkeypatch.context() as patch:
+        patch.setattr("analyze.workbench.calibrate.fit", interrupted)
+        result = call(tmp_path, file)
+    assert result.exit_code == 130, result.output
+    kept = tmp_path / "out" / "new.search.json"
+    before = json.loads(kept.read_text())
+    count = len(before["costs"])
+    assert 0 < count < 1000
+    assert before["costs"][0] == min(before["costs"])  # it begins where least squares end
+    result = call(tmp_path, file, "--resume", "--evaluations", str(count + 10))
+    assert result.exit_code == 0, result.output
+    assert f"after {count + 10} evaluations" in result.output
+    after = json.loads(kept.read_text())
+    assert len(after["costs"]) == count + 10
+    assert after["costs"][:count] == before["costs"]
+    result = call(tmp_path, file, "--resume", "--evaluations", "400", "--seed", "1")
+    assert (result.exit_code, "another seed" in result.output) == (2, True), result.output
+    result = call(tmp_path, file, "--resume", "--evaluations", "0")
+    assert (result.exit_code, "evaluations" in result.output) == (0, False), result.output
+    assert json.loads(kept.read_text()) == after

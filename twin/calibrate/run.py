@@ -27,6 +27,7 @@ from twin.pack import Pack
 FloatArray = npt.NDArray[np.float64]
 
 WINDOWS = ("negative.stoichiometry_max", *EMPTY_ENDS, "capacity_C", "series_resistance_ohm")
+SEARCH = "search"
 STARTS = (0.0, -1.5, 1.5)  # of the first of WINDOWS
 EXPLAINED = 1.3  # mean square of the residuals over what was expected: nothing to search for
 ROUNDS, SETTLED = 5, 0.2  # of weights; largest change of a logarithm of one that is none
@@ -46,6 +47,16 @@ class Found(Protocol):
         """There."""
         ...
 
+    @property
+    def evaluations(self) -> int:
+        """So far."""
+        ...
+
+    @property
+    def algorithm(self) -> str:
+        """At work."""
+        ...
+
 
 class Search(Protocol):
     """A minimiser on the unit cube."""
@@ -63,11 +74,13 @@ class Progress:
     """The best so far.
 
     Attributes:
-        stage: what is being done, in a word.
+        stage: what is being done, in a word or two.
         problem: whose coordinates they are; its tests weigh less where the model misses them.
         q: (k,) coordinates.
         cost: half the sum of squared residuals of `problem`.
         rms_V: measured minus simulated, root mean square over the compared samples.
+        evaluations: of the search so far; 0 in other stages.
+        algorithm: of the search that is at work, else empty.
     """
 
     stage: str
@@ -75,6 +88,8 @@ class Progress:
     q: FloatArray
     cost: float
     rms_V: float
+    evaluations: int = 0
+    algorithm: str = ""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -139,8 +154,8 @@ def fit(
     unit = (best.q - low) / (high - low)
     for found in search(problem.costs, unit.size, seed=seed, evaluations=evaluations, start=unit):
         if found.cost < best.cost:
-            best = _progress(problem, "search", low + found.point * (high - low), found.cost)
-        yield best
+            best = _progress(problem, SEARCH, low + found.point * (high - low), found.cost)
+        yield replace(best, stage=SEARCH, evaluations=found.evaluations, algorithm=found.algorithm)
     for polished in _polished(problem, best.q):
         if polished.cost <= best.cost:
             yield (best := polished)

@@ -1,0 +1,152 @@
+"""Real cells calibrated to their fit tests, and judged on the tests held out.
+
+    python -m benchmarks.calibration_real [--evaluations N] [CELL ...]
+
+CELL: lg_m50, samsung, panasonic, nmc, lfp. Root mean square of simulated minus measured [mV] in
+each test by: what stands for the cell (`benchmarks.real_cells`), the same with its start fitted,
+least squares, and least squares with a search (none with N = 0). In all four the measured
+temperature is imposed. The fit itself heats by its own losses; how fast it cools is taken from the
+temperature of the fastest fit test. Fit tests with gaps in the voltage are left out of the fit.
+"""
+
+import sys
+import time
+from argparse import ArgumentParser
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from itertools import groupby
+
+import numpy as np
+from scipy.optimize import minimize_scalar
+
+from benchmarks.real_cells import about_energy, lg_m50, panasonic, samsung
+from benchmarks.real_cells.recorded import BEYOND_V, NotHere, RealCell, RealTest, wide
+from benchmarks.real_cells.replay import answer, errors, fitted_shift
+from twin.calibrate.out import calibrated_cell
+from twin.calibrate.reference import ReferenceTest
+from twin.calibrate.run import Search, conclude, fit, problem_of
+from twin.calibrate.search import search
+from twin.effects import SelfHeating, SeriesResistance
+from twin.load import Load
+from twin.pack import Pack
+from twin.simulate import simulate
+
+CELLS: dict[str, Callable[[], RealCell]] = {
+    "lg_m50": lg_m50.cell,
+    "samsung": samsung.cell,
+    "panasonic": panasonic.cell,
+    "nmc": about_energy.nmc,
+    "lfp": about_energy.lfp,
+}
+COOLING_W_m2_K = (1.0, 200.0)  # looked for between still air and a clamp
+HEADER = "use | test | as it is | start fitted | least squares | searched"
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Stand:
+    """A pack that stands for a cell, and where its tests start: `shift` of state of charge."""
+
+    pack: Pack
+    shift: float
+
+
+def to_fit(cell: RealCell) -> tuple[Pack, list[ReferenceTest]]:
+    """What is calibrated, with its own cut-offs, and its tests as `twin calibrate` reads them."""
+    narrow = replace(
+        cell.baseline.cell,
+        lower_cut_off_V=cell.baseline.cell.lower_cut_off_V + BEYOND_V,
+        upper_cut_off_V=cell.baseline.cell.upper_cut_off_V - BEYOND_V,
+    )
+    tests = [t for t in cell.fit if np.isfinite(t.voltage_V).all()]
+    pack = replace(cell.baseline, cell=narrow)
+    starts_K = [float(t.temperature_K[0]) for t in tests if t.temperature_K is not None]
+    if starts_K:
+        pack = cooled(replace(pack, initial_K=float(np.mean(starts_K))), tests)
+    return pack, [
+        ReferenceTest(
+            name=t.name, time_s=t.time_s, current_A=t.current_A, voltage_V=t.voltage_V,
+            ambient_K=pack.initial_K if t.temperature_K is None else float(t.temperature_K[0]),
+        )
+        for t in tests
+    ]  # fmt: skip
+
+
+def cooled(pack: Pack, tests: Sequence[RealTest]) -> Pack:
+    """The same with losses that heat it, and the cooling that the fastest full test shows."""
+    whole = [t for t in tests if np.ptp(t.drawn_C) > 0.5 * max(np.ptp(o.drawn_C) for o in tests)]
+    test = min(whole, key=lambda t: float(t.time_s[-1]))
+    measured_K = test.temperature_K
+    assert measured_K is not None
+    load = Load(time_s=test.time_s, current_A=test.current_A, ambient_K=float(measured_K[0]))
+
+    def heated(log_transfer: float) -> Pack:
+        heating = SelfHeating(heat_transfer_W_m2_K=float(np.exp(log_transfer)))
+        return replace(pack, effects=(*pack.effects, heating))
+
+    def misfit_K(log_transfer: float) -> float:
+        got_K = simulate(heated(log_transfer), load).temperature_K
+        return float(np.sqrt(np.mean((got_K - measured_K[: got_K.size]) ** 2)))
+
+    low, high = np.log(COOLING_W_m2_K)
+    best = minimize_scalar(misfit_K, bounds=(low, high), method="bounded", options={"xatol": 0.05})
+    return heated(float(best.x))
+
+
+def calibrated(
+    pack: Pack, tests: list[ReferenceTest], finder: Search | None, evaluations: int
+) -> Stand:
+    """By a fit to `tests`; what it cost and reached goes to the standard error stream."""
+    begun = time.perf_counter()
+    steps = fit(problem_of(pack, tests), search=finder, evaluations=evaluations)
+    for stage, part in groupby(steps, key=lambda p: p.stage):
+        *_, best = part
+        seconds = time.perf_counter() - begun
+        sys.stderr.write(
+            f"  {stage}: cost {best.cost:.6g}, {1e3 * best.rms_V:.2f} mV, {seconds:.0f} s\n"
+        )
+    found = conclude(best.problem, best.q, tests, cross_validate=False)
+    resistance = SeriesResistance(resistance_ohm=found.numbers["series_resistance_ohm"])
+    kept = tuple(e for e in pack.effects if not isinstance(e, SelfHeating | SeriesResistance))
+    own = Pack(cell=wide(calibrated_cell(found)), effects=(*kept, resistance))
+    return Stand(pack=own, shift=found.problem.mapped(found.q, 0).numbers["initial_soc"] - 1.0)
+
+
+def rows(cell: RealCell, evaluations: int) -> list[str]:
+    """Of the table, one a test."""
+    pack, tests = to_fit(cell)
+    stands = [Stand(pack=cell.baseline, shift=s) for s in (0.0, fitted_shift(cell))]
+    stands.append(calibrated(pack, tests, None, 0))
+    if evaluations:
+        stands.append(calibrated(pack, tests, search, evaluations))
+    fitted = {t.name for t in tests}
+    uses = [("fit" if t.name in fitted else "not fitted", t) for t in cell.fit]
+    return [
+        " | ".join([use, test.name, *(_rms(s, test) for s in stands)])
+        for use, test in [*uses, *(("held out", t) for t in cell.held_out)]
+    ]
+
+
+def _rms(stand: Stand, test: RealTest) -> str:
+    e = errors(answer(stand.pack, test, stand.shift), test)
+    return f"{e.rms:.1f}" + ("" if e.covered == 1.0 else f" (ends after {100 * e.covered:.0f} %)")
+
+
+def main() -> None:
+    """A table a cell."""
+    parser = ArgumentParser(description="Real cells, calibrated.")
+    parser.add_argument("cells", nargs="*", metavar="CELL", choices=[*CELLS, []])
+    parser.add_argument("--evaluations", type=int, default=4000, metavar="N")
+    given = parser.parse_args()
+    for name in given.cells or CELLS:
+        try:
+            cell = CELLS[name]()
+        except NotHere as e:
+            print(f"left out: {e}")
+            continue
+        kind = "published" if cell.published else "not this cell"
+        print(f"{cell.name}; {kind}: {cell.source}\n{HEADER}")
+        print("\n".join(rows(cell, given.evaluations)), flush=True)
+
+
+if __name__ == "__main__":
+    main()
