@@ -154,6 +154,8 @@ def _refusing_search(request: Request) -> Iterator[None]:
     try:
         yield
     except SearchError as e:
+        if not request.resume:
+            raise
         shown = click.format_filename(request.search_file)
         raise WrongUse(f"--resume: {shown}: {e}; remove it to search anew from the fit") from e
 

@@ -1,5 +1,6 @@
 """A whole calibration: what it recovers, what it says it does not know."""
 
+from collections.abc import Callable, Iterator
 from dataclasses import replace
 from functools import cache
 
@@ -12,7 +13,15 @@ from twin.calibrate.answer import Verdict, correlation_time
 from twin.calibrate.checks import Fitted, rms
 from twin.calibrate.objective import Problem
 from twin.calibrate.reference import ReferenceTest
-from twin.calibrate.run import Calibration, conclude, fit, problem_of, values_by_name
+from twin.calibrate.run import (
+    SEARCH,
+    Calibration,
+    conclude,
+    fit,
+    problem_of,
+    values_by_name,
+)
+from twin.calibrate.search import Best, Stage
 from twin.calibrate.table import CalibrationError
 from twin.effects import WeakCell
 from twin.pack import Pack
@@ -97,6 +106,46 @@ def test_a_search_begins_where_least_squares_end_and_is_asked_only_if_they_miss(
         raise AssertionError
 
     list(fit(problem, start=start, search=never))  # type: ignore[arg-type]
+
+
+def test_what_a_search_finds_is_taken_if_it_is_better() -> None:
+    pack = cell_pack()
+    (fast,), _, _ = measured(pack, 1, ("2C",))
+    wave_V = 0.02 * np.sin(fast.time_s / 20.0)  # of no cell
+    short = replace(
+        fast, time_s=fast.time_s[:150], current_A=fast.current_A[:150],
+        voltage_V=(fast.voltage_V + wave_V)[:150],
+    )  # fmt: skip
+    problem = problem_of(pack, [short])
+    asked: list[FloatArray] = []
+
+    def two(  # says that its second point costs nothing
+        evaluate: Callable[[FloatArray], FloatArray], dimension: int, *, start: FloatArray,
+        **options: int,
+    ) -> Iterator[Best]:  # fmt: skip
+        assert (dimension, options) == (start.size, {"seed": 5, "evaluations": 7})
+        asked.append(start)
+        same, other = evaluate(np.array([start, 0.9 * start]))
+        assert other > same
+        for n, (share, cost) in enumerate([(0.9, float(other)), (0.8, 0.0)], start=1):
+            yield Best(
+                point=share * start, cost=cost, evaluations=n, algorithm="a", stage=Stage.LEAD
+            )
+
+    steps = fit(problem, start={}, search=two, evaluations=7, seed=5)
+    seen = []
+    for step in steps:
+        seen.append(step)
+        if step.evaluations == 2:
+            break
+    *before, worse, better = seen
+    low, high = problem.bounds
+    assert low + asked[0] * (high - low) == pytest.approx(before[-1].q)
+    assert [(p.stage, p.evaluations, p.algorithm) for p in (worse, better)] == [
+        (SEARCH, 1, "a"), (SEARCH, 2, "a"),
+    ]  # fmt: skip
+    assert worse.q is before[-1].q
+    assert better.q == pytest.approx(low + 0.8 * asked[0] * (high - low))
 
 
 def test_a_test_that_the_model_misses_weighs_less() -> None:
