@@ -139,14 +139,19 @@ def _fitted(
                     if stop():
                         return best, True
             assert best is not None
-            click.echo(f"fitted   {_said(best)}")
+            after = f", {best.evaluations} evaluations" if best.evaluations else ""
+            click.echo(f"fitted   {best.stage}{after}: {_error(best)}")
     assert best is not None  # the first comes before anything can stop it
     return best, False
 
 
 def _said(best: Progress) -> str:
-    by = f", {best.algorithm} after {best.evaluations} evaluations" if best.evaluations else ""
-    return f"{best.stage}{by}: {1e3 * best.rms_V:.2f} mV a cell"
+    by = f", {best.algorithm}" if best.algorithm else ""
+    return f"{best.stage}{by}: {_error(best)}"
+
+
+def _error(best: Progress) -> str:
+    return f"{1e3 * best.rms_V:.2f} mV a cell"
 
 
 @contextmanager
@@ -208,9 +213,8 @@ def _tell(request: Request, found: Calibration, *, interrupted: bool) -> int:
             f"further  {advice.name}: {advice.gain:.1f} nats"
             + (f" (standard errors: {helped})" if helped else "")
         )
-    names = ", ".join(
-        click.format_filename(p) for p in (request.out, request.cell_file, request.fit_file)
-    )
+    files = request.out, request.cell_file, request.fit_file, request.search_file
+    names = ", ".join(click.format_filename(p) for p in files if p.exists())
     click.echo(f"written  {names}")
     if interrupted:
         click.echo("Interrupted: the best so far. --resume goes on from it.", err=True)

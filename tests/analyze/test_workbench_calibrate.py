@@ -146,7 +146,8 @@ def test_what_least_squares_leave_is_searched_and_an_interrupted_search_gone_on_
     assert before["costs"][0] == min(before["costs"])  # it begins where least squares end
     result = call(tmp_path, file, "--resume", "--evaluations", str(count + 10))
     assert result.exit_code == 0, result.output
-    assert f"after {count + 10} evaluations" in result.output
+    assert f"fitted   search, {count + 10} evaluations: " in result.output
+    assert "new.search.json" in result.output
     after = json.loads(kept.read_text())
     assert len(after["costs"]) == count + 10
     assert after["costs"][:count] == before["costs"]
