@@ -5,8 +5,11 @@
 CELL: lg_m50, samsung, panasonic, nmc, lfp. Root mean square of simulated minus measured [mV] in
 each test by: what stands for the cell (`benchmarks.real_cells`), the same with its start fitted,
 least squares, and least squares with a search (none with N = 0). In all four the measured
-temperature is imposed. The fit itself heats by its own losses; how fast it cools is taken from the
-temperature of the fastest fit test. Fit tests with gaps in the voltage are left out of the fit.
+temperature is imposed, and all tests start at one state of charge: the calibrated cells at that of
+their first fit test, though in the fit each test had its own.
+
+The fit itself heats by its own losses; how fast it cools is taken from the temperature of the
+fastest fit test. Fit tests with gaps in the voltage are left out of the fit.
 """
 
 import sys
@@ -134,7 +137,7 @@ def _rms(stand: Stand, test: RealTest) -> str:
 def main() -> None:
     """A table a cell."""
     parser = ArgumentParser(description="Real cells, calibrated.")
-    parser.add_argument("cells", nargs="*", metavar="CELL", choices=[*CELLS, []])
+    parser.add_argument("cells", nargs="*", metavar="CELL", choices=[*CELLS, []])  # []: none given
     parser.add_argument("--evaluations", type=int, default=4000, metavar="N")
     given = parser.parse_args()
     for name in given.cells or CELLS:
