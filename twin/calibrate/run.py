@@ -30,7 +30,7 @@ WINDOWS = ("negative.stoichiometry_max", *EMPTY_ENDS, "capacity_C", "series_resi
 SEARCH = "search"
 STARTS = (0.0, -1.5, 1.5)  # of the first of WINDOWS
 EXPLAINED = 1.3  # mean square of the residuals over what was expected: nothing to search for
-ROUNDS, SETTLED = 5, 0.2  # of weights; largest change of a logarithm of one that is none
+SLIGHT = 0.2  # more noise than was expected in a test, relative: not worth another fit
 WHOLE_TEST = 0.5  # of the capacity: a test that draws less shows no window
 
 
@@ -163,26 +163,20 @@ def fit(
 
 
 def _reweighted(best: Progress) -> Iterator[Progress]:
-    """Least squares again, tests weighed by what the model misses in them, until that stays.
+    """Least squares again, tests weighed by what the model misses in them.
 
     What was expected of the residuals knows of noise alone. Where the model itself is off, and the
-    same way in many samples, they would drive parameters far from their prior to no purpose.
+    same way in many samples, they would drive parameters far from their prior to no purpose. Once:
+    a test that weighs less is missed by more, so weights that are repeated run away.
     """
-    expected = [t.sigma_V for t in best.problem.tests]
-    for _ in range(ROUNDS):
-        problem = best.problem
-        scale = np.sqrt(excess_of(problem, problem.residuals(best.q)))
-        tests = [
-            replace(t, sigma_V=np.maximum(least_V, t.sigma_V * s))
-            for t, least_V, s in zip(problem.tests, expected, scale.tolist(), strict=True)
-        ]
-        ratios = [a.sigma_V / b.sigma_V for a, b in zip(tests, problem.tests, strict=True)]
-        if np.abs(np.log(np.concatenate(ratios))).max() < SETTLED:
-            return
-        weighed = problem.of_other_tests(tests)
-        for polished in _polished(weighed, best.q):
-            best = polished
-            yield best
+    problem = best.problem
+    scale = np.sqrt(excess_of(problem, problem.residuals(best.q)))
+    tests = [
+        replace(t, sigma_V=t.sigma_V * max(1.0, s))
+        for t, s in zip(problem.tests, scale.tolist(), strict=True)
+    ]
+    if scale.max() > 1.0 + SLIGHT:
+        yield from _polished(problem.of_other_tests(tests), best.q)
 
 
 def conclude(
