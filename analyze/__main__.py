@@ -1,11 +1,10 @@
 """`analyze PATH...`: what each motion of a flight asked of the battery."""
 
-import sys
 from pathlib import Path
 
 import click
 
-from analyze.interrupt import held
+from analyze.interrupt import held, leave_with
 
 AnyPath = click.Path(exists=True, path_type=Path)
 AnyFile = click.Path(exists=True, dir_okay=False, path_type=Path)
@@ -62,14 +61,13 @@ def main(**options: object) -> None:
         raise click.UsageError("-q and -v contradict each other")
     if options["scheduler"] and options["jobs"] != 1:
         raise click.UsageError("--jobs starts workers, --scheduler uses those of another: only one")
-    try:
+
+    def command() -> int:
         with held():
             from analyze.session import Options, run_session  # late: --help must not wait for it
-        code = run_session(Options(**options))  # type: ignore[arg-type]
-    except KeyboardInterrupt:
-        click.echo("Interrupted.", err=True)
-        code = 130
-    sys.exit(code)
+        return run_session(Options(**options))  # type: ignore[arg-type]
+
+    leave_with(command)
 
 
 if __name__ == "__main__":

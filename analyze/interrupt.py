@@ -6,12 +6,26 @@ may end the program.
 
 import os
 import signal
+import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from types import FrameType
+from typing import NoReturn
+
+import click
 
 Asked = Callable[[], bool]
 """Whether Ctrl-C was pressed."""
+
+
+def leave_with(command: Callable[[], int]) -> NoReturn:
+    """Run a command and leave the program with its exit code, 130 after Ctrl-C."""
+    try:
+        code = command()
+    except KeyboardInterrupt:
+        click.echo("Interrupted.", err=True)
+        code = 130
+    sys.exit(code)
 
 
 @contextmanager

@@ -33,7 +33,8 @@ class ElectrolyteSymbols:
 
         Backward Euler with the diffusivity at the start of the step. What is in pores that shrink
         stays in them. The change is solved for, so that rounding is of the change, not of what
-        there is: the salt of 1000 cycles is the salt of the first.
+        there is: the salt of 1000 cycles is the salt of the first. The matrix is symmetric and
+        positive definite: no pivot of its elimination is near zero.
 
         Args:
             old: the state before the step.

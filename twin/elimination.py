@@ -1,7 +1,7 @@
 """Gaussian elimination written out once, symbolically, for a matrix of fixed sparsity.
 
-No pivoting: the caller orders the unknowns so that every pivot is safe (twin/step.py says why its
-pivots are). The result is straight-line code without index arithmetic.
+No pivoting: the caller says why every pivot is safe (newton.py: an electrode's reactions;
+electrolyte.py: the salt). The result is straight-line code without index arithmetic.
 """
 
 import casadi as ca

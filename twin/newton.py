@@ -22,7 +22,9 @@ def corrected(model: "StepModel", z: Unknown, ready: Ready) -> tuple[ca.SX, ca.S
     Also (n + p,) how the reactions answer a change of the current: the next step's first guess.
 
     Each electrode is solved for itself, its reactions and its gap. What one does to the salt in the
-    other is left to the next iteration: it has to come through the separator.
+    other is left to the next iteration: it has to come through the separator. No pivot is near
+    zero: the slopes are a positive charge-transfer resistance at every node on top of ohmic losses
+    that no distribution of currents makes negative, and the last pivot is the conductance of all.
     """
     surfaces = model.surfaces(z, ready)
     misses = model.misses(z, ready, surfaces)

@@ -1,13 +1,12 @@
 """`twin`: the workbench of the electrochemical twin."""
 
 import math
-import sys
 from collections.abc import Callable
 from pathlib import Path
 
 import click
 
-from analyze.interrupt import held
+from analyze.interrupt import held, leave_with
 
 CELSIUS = -73.0, 126.0  # what a pack may have: 200 to 400 K
 AnyFile = click.Path(exists=True, dir_okay=False, path_type=Path)
@@ -127,7 +126,7 @@ def replay(**options: object) -> None:
             from analyze.workbench.replay import Request, run  # late: --help must not wait for them
         return run(Request(**options))  # type: ignore[arg-type]
 
-    _finish(command)
+    leave_with(command)
 
 
 @main.command()
@@ -209,7 +208,7 @@ def age(**options: object) -> None:
             from analyze.workbench.life import Request
         return run(Request(**options))  # type: ignore[arg-type]
 
-    _finish(command)
+    leave_with(command)
 
 
 @main.command()
@@ -265,19 +264,13 @@ def calibrate(**options: object) -> None:
     The exit code is 0 if the fit came to its end, 2 if a file or an option cannot be used, 130
     after Ctrl-C (the best so far is written).
     """
-    from analyze.workbench.calibrate import Request, run  # late: --help must not wait for them
 
-    _finish(lambda: run(Request(**options)))  # type: ignore[arg-type]
+    def command() -> int:
+        with held():
+            from analyze.workbench.calibrate import Request, run  # late, as above
+        return run(Request(**options))  # type: ignore[arg-type]
 
-
-def _finish(command: Callable[[], int]) -> None:
-    """Run it and leave with its exit code."""
-    try:
-        code = command()
-    except KeyboardInterrupt:
-        click.echo("Interrupted.", err=True)
-        code = 130
-    sys.exit(code)
+    leave_with(command)
 
 
 if __name__ == "__main__":
