@@ -218,7 +218,7 @@ def age(**options: object) -> None:
     "--out",
     type=click.Path(dir_okay=False, path_type=Path),
     required=True,
-    help="Pack file to write, e.g. calibrated.toml; its cell and the fit lie beside it.",
+    help="Pack file to write, e.g. calibrated.toml; its cell, page and fit lie beside it.",
 )
 @click.option(
     "--between",
@@ -247,7 +247,8 @@ def age(**options: object) -> None:
 @click.option(
     "--resume",
     is_flag=True,
-    help="Go on from the fit that lies beside --out, and with its search where there was one.",
+    help="Go on from the fit that lies beside --out, and with its search where there was one, "
+    "even if that was killed.",
 )
 def calibrate(**options: object) -> None:
     """Fit the parameters of a pack's cell to reference tests.
@@ -257,12 +258,13 @@ def calibrate(**options: object) -> None:
     sign of the current is detected. The cell of the pack file is where the fit starts from, and
     what remains where the tests tell nothing.
 
-    Writes a pack file, its cell as BPX (.bpx.json), the fit (.fit.json: parameters with standard
-    errors and correlations, errors by test and state of charge, further tests worth making) and,
-    where there was a search, what it evaluated (.search.json).
+    Writes a pack file, its cell as BPX (.bpx.json), a page (.html: measured beside simulated,
+    every parameter with its interval and what the tests tell of it, further tests worth making),
+    the same as numbers (.fit.json) and, where there was a search, what it evaluated
+    (.search.json, every few seconds). What an earlier calibration left there is replaced.
 
     The exit code is 0 if the fit came to its end, 2 if a file or an option cannot be used, 130
-    after Ctrl-C (the best so far is written).
+    after Ctrl-C (the best so far is written, with what was not computed named).
     """
 
     def command() -> int:

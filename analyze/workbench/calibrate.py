@@ -1,36 +1,43 @@
 """`twin calibrate`: reference tests to a calibrated pack file."""
 
+import hashlib
+import io
 import json
-from collections.abc import Iterator, Mapping, Sequence
-from contextlib import contextmanager
+import time
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass
-from itertools import groupby
 from pathlib import Path
 
 import click
 
 from analyze.checks import WrongUse, checked_pack, make_writable
-from analyze.interrupt import asked_to_stop
+from analyze.interrupt import Asked, asked_to_stop
 from analyze.names import printable
+from analyze.workbench.calibrated_files import (
+    Files,
+    Frame,
+    in_the_way,
+    keep_search,
+    write_fit,
+    write_page,
+)
+from analyze.workbench.calibrated_words import print_files, print_found, print_tests
 from analyze.workbench.drawn import pack_alone, pack_lines, refusing
-from analyze.workbench.listing import print_table
 from analyze.workbench.search_file import going_on, read_journal
 from analyze.workbench.watch import watching
-from reports.quantity import MISSING
-from twin.calibrate.answer import Estimate
+from reports.calibration import SourceFile
 from twin.calibrate.objective import Problem
-from twin.calibrate.out import cell_text, fit_text, pack_text
 from twin.calibrate.polish import MOST_STEPS
 from twin.calibrate.reference import ReferenceTest, reference_test
-from twin.calibrate.run import SEARCH, Calibration, Progress, conclude, fit, problem_of
+from twin.calibrate.run import SEARCH, Calibration, Progress, conclusions, fit, problem_of
 from twin.calibrate.search import Journal, SearchError
 from twin.calibrate.table import CalibrationError, read_test
 from twin.load import Between
 from twin.pack import Pack
-from twin.whole_file import write_whole
 
-SHOWN_ADVICE = 3
 LEAST_SQUARES = MOST_STEPS, "steps"
+SAVED_EVERY_S = 5.0  # the search, while it goes on
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -46,23 +53,23 @@ class Request:
     evaluations: int
 
     def __post_init__(self) -> None:
+        shown = click.format_filename(self.out)
         if self.out.suffix != ".toml":
-            raise WrongUse(f"--out {click.format_filename(self.out)}: expected a name in .toml")
+            raise WrongUse(f"--out {shown}: expected a name in .toml")
+        if self.out.resolve() == self.pack.resolve():
+            raise WrongUse(f"--out {shown} is the pack file to start from: give another name")
+        if folder := in_the_way(self.files):
+            raise WrongUse(f"{click.format_filename(folder)} is a folder: move it out of the way")
+        if self.out.exists() and not self.files.fit.exists():
+            raise WrongUse(
+                f"--out {shown} is there and not from an earlier calibration (there is no "
+                f"{self.files.fit.name} beside it): it is not replaced, give another name"
+            )
 
     @property
-    def cell_file(self) -> Path:
-        """The calibrated cell, beside the pack file."""
-        return self.out.with_suffix(".bpx.json")
-
-    @property
-    def fit_file(self) -> Path:
-        """The fit, beside the pack file."""
-        return self.out.with_suffix(".fit.json")
-
-    @property
-    def search_file(self) -> Path:
-        """What the search has evaluated, beside the pack file."""
-        return self.out.with_suffix(".search.json")
+    def files(self) -> Files:
+        """What is written."""
+        return Files(self.out)
 
 
 def run(request: Request) -> int:
@@ -70,22 +77,28 @@ def run(request: Request) -> int:
     choice = checked_pack(request.pack)
     with _refusing():
         pack, use, doubts = pack_alone(choice)
-        tests = [_read(path, pack, request.between, use.ambient_K) for path in request.tests]
+        read = [_read(path, pack, request.between, use.ambient_K) for path in request.tests]
+        tests = [test for test, _ in read]
         problem = problem_of(pack, tests)
     make_writable(request.out.parent)
     start, journal = _earlier(request)
     click.echo(pack_lines(use))
     for text in doubts:
         click.echo(f"doubtful {text}", err=True)
-    best, interrupted = _fitted(request, problem, start, journal)
-    found = conclude(best.problem, best.q, tests, cross_validate=not interrupted)
-    with _refusing():
-        write_whole(request.cell_file, cell_text(found))
-        text = pack_text(found, pack, choice.file, cell=request.cell_file.name)
-        write_whole(request.out, text)
-        write_whole(request.fit_file, fit_text(found))
-        _keep(request.search_file, journal)
-    return _tell(request, found, interrupted=interrupted)
+    print_tests(tests)
+    files = tuple(file for _, file in read)
+    frame = Frame(pack=pack, file=choice.file, tests=files, seed=request.seed, doubts=doubts)
+    with asked_to_stop("step") as stop, _refusing():
+        best = _fitted(request, problem, start, journal, stop)
+        whole = not stop()
+        found = _concluded(request, best, tests, frame, journal, stop)
+        write_page(request.files, found, frame, journal)
+    print_found(found, tests)
+    print_files(request.files)
+    if whole and not found.missing:
+        return 0
+    click.echo("Interrupted: this is the best so far. --resume goes on from it.", err=True)
+    return 130
 
 
 @contextmanager
@@ -97,61 +110,111 @@ def _refusing() -> Iterator[None]:
         raise WrongUse(str(e)) from e
 
 
-def _read(path: Path, pack: Pack, between: str, ambient_K: float) -> ReferenceTest:
-    name = printable(path.stem)
+def _read(
+    path: Path, pack: Pack, between: str, ambient_K: float
+) -> tuple[ReferenceTest, SourceFile]:
+    name, content = printable(path.stem), path.read_bytes()
     try:
-        with path.open(encoding="utf-8-sig", newline="") as stream:
-            table = read_test(stream, name=name)
+        table = read_test(io.StringIO(content.decode("utf-8-sig"), newline=""), name=name)
     except UnicodeDecodeError as e:
         raise CalibrationError(f"{name}: no CSV: {e}") from e
-    return reference_test(table, pack, between=Between(between), ambient_K=ambient_K)
+    test = reference_test(table, pack, between=Between(between), ambient_K=ambient_K)
+    return test, SourceFile(name=name, sha256=hashlib.sha256(content).hexdigest())
 
 
 def _earlier(request: Request) -> tuple[Mapping[str, float] | None, Journal]:
-    """The values of the fit that is gone on from, and its search."""
+    """The values of the fit that is gone on from, and its search.
+
+    A run that ended before it had a fit may have left a search alone: then the least squares are
+    made again, which gives the same, and the search is gone on with.
+    """
     if not request.resume:
         return None, Journal()
-    shown = click.format_filename(request.fit_file)
+    with _refusing_search(request):
+        journal = read_journal(request.files.search)
+    if len(journal) and not request.files.fit.exists():
+        return None, journal
+    shown = click.format_filename(request.files.fit)
     try:
-        values = json.loads(request.fit_file.read_text(encoding="utf-8"))["values"]
-        start = {str(name): float(value) for name, value in values.items()}
+        values = json.loads(request.files.fit.read_text(encoding="utf-8"))["values"]
+        return {str(name): float(value) for name, value in values.items()}, journal
     except (OSError, ValueError, KeyError, TypeError, AttributeError) as e:
         raise WrongUse(f"--resume: {shown} holds no earlier fit: {e}") from e
-    with _refusing_search(request):
-        return start, read_journal(request.search_file)
 
 
 def _fitted(
-    request: Request, problem: Problem, start: Mapping[str, float] | None, journal: Journal
-) -> tuple[Progress, bool]:
-    """The best, and whether a person stopped it there."""
+    request: Request, problem: Problem, start: Mapping[str, float] | None, journal: Journal,
+    stop: Asked,
+) -> Progress:  # fmt: skip
+    """The best, or the best so far if a person asked to stop; the search is saved as it goes."""
     search = going_on(journal) if request.evaluations else None
     steps = fit(
         problem, start=start, search=search, evaluations=request.evaluations, seed=request.seed
     )
-    best = None
-    with asked_to_stop("step") as stop, _refusing_search(request):
-        for stage, part in groupby(steps, key=lambda p: p.stage):
-            total = (request.evaluations, "evaluations") if stage == SEARCH else LEAST_SQUARES
-            with watching(*total) as tell:
-                for done, best in enumerate(part, start=1):
-                    tell(best.evaluations or done, _said(best))
-                    if stop():
-                        return best, True
-            assert best is not None
-            after = f", {best.evaluations} evaluations" if best.evaluations else ""
-            click.echo(f"fitted   {best.stage}{after}: {_error(best)}")
+    best, saved_s = None, time.monotonic()
+    with _refusing_search(request), _watched(request.evaluations) as tell:
+        for best in steps:
+            tell(best)
+            if best.stage == SEARCH and time.monotonic() - saved_s > SAVED_EVERY_S:
+                keep_search(request.files, journal)
+                saved_s = time.monotonic()
+            if stop():
+                break
     assert best is not None  # the first comes before anything can stop it
-    return best, False
+    return best
 
 
-def _said(best: Progress) -> str:
-    by = f", {best.algorithm}" if best.algorithm else ""
-    return f"{best.stage}{by}: {_error(best)}"
+@contextmanager
+def _watched(evaluations: int) -> Iterator[Callable[[Progress], None]]:
+    """Yields what shows a fit as it goes: a bar for each stage, a line when it is over."""
+    with ExitStack() as bars:
+        tell = bars.enter_context(watching(*LEAST_SQUARES))
+        tell(0, "windows and capacity")
+        shown: list[Progress] = []  # of the stage at work
+
+        def show(best: Progress) -> None:
+            nonlocal tell
+            if shown and best.stage != shown[-1].stage:
+                bars.close()
+                _say(shown[-1])
+                shown.clear()
+                total = (evaluations, "evaluations") if best.stage == SEARCH else LEAST_SQUARES
+                tell = bars.enter_context(watching(*total))
+            shown.append(best)
+            by = f", {best.algorithm}" if best.algorithm else ""
+            tell(best.evaluations or len(shown), f"{best.stage}{by}: {_error(best)}")
+
+        yield show
+        bars.close()
+        if shown:
+            _say(shown[-1])
+
+
+def _say(best: Progress) -> None:
+    after = f", {best.evaluations} evaluations" if best.evaluations else ""
+    click.echo(f"fitted   {best.stage}{after}: {_error(best)}")
 
 
 def _error(best: Progress) -> str:
-    return f"{1e3 * best.rms_V:.2f} mV a cell"
+    return f"{1e3 * best.rms_V:.2f} mV a cell, samples averaged"
+
+
+def _concluded(  # noqa: PLR0913
+    request: Request, best: Progress, tests: Sequence[ReferenceTest], frame: Frame,
+    journal: Journal, stop: Asked,
+) -> Calibration:  # fmt: skip
+    """What the fit tells, as much as is waited for; what is known first is written at once."""
+    steps = conclusions(best.problem, best.q, tests)
+    total = 1 + len(tests)
+    with watching(total, "results") as tell:
+        tell(0, "standard errors")
+        found = next(steps)
+        write_fit(request.files, found, frame, journal)
+        while found.missing and not stop():
+            tell(total - len(found.missing), found.missing[0])
+            found = next(steps)
+    write_fit(request.files, found, frame, journal)
+    return found
 
 
 @contextmanager
@@ -161,62 +224,5 @@ def _refusing_search(request: Request) -> Iterator[None]:
     except SearchError as e:
         if not request.resume:
             raise
-        shown = click.format_filename(request.search_file)
+        shown = click.format_filename(request.files.search)
         raise WrongUse(f"--resume: {shown}: {e}; remove it to search anew from the fit") from e
-
-
-def _keep(file: Path, journal: Journal) -> None:
-    """The journal beside the fit it belongs to; none where nothing was searched."""
-    if len(journal):
-        write_whole(file, journal.to_json())
-    else:
-        file.unlink(missing_ok=True)
-
-
-HEADER = ("parameter", "value", "std", "90 % from", "to", "unit", "of the prior's std", "")
-
-
-def _rows(estimates: Sequence[Estimate]) -> list[tuple[str, ...]]:
-    return [
-        (
-            e.name,
-            f"{e.value:.5g}",
-            f"{e.std:.2g}",
-            f"{e.lower:.4g}",
-            f"{e.upper:.4g}",
-            e.unit or "1",
-            f"{e.left_of_prior:.0%}",
-            e.verdict.value,
-        )
-        for e in estimates
-    ]
-
-
-def _tell(request: Request, found: Calibration, *, interrupted: bool) -> int:
-    """What came of it; the exit code."""
-    print_table(HEADER, _rows((*found.answer.estimates, *found.answer.derived)))
-    rows = [
-        (
-            f.name,
-            f"{1e3 * f.rms_V:.2f}",
-            MISSING if f.held_out_rms_V is None else f"{1e3 * f.held_out_rms_V:.2f}",
-            f"{1e3 * f.noise_V:.2f}",
-        )
-        for f in found.fitted
-    ]
-    print_table(("rms per cell, mV", "fitted", "predicted from the others", "noise"), rows)
-    for text in found.remarks:
-        click.echo(f"note     {text}")
-    for advice in found.advice[:SHOWN_ADVICE]:
-        helped = "; ".join(f"{name} to {left:.0%}" for name, left in advice.helps)
-        click.echo(
-            f"further  {advice.name}: {advice.gain:.1f} nats"
-            + (f" (standard errors: {helped})" if helped else "")
-        )
-    files = request.out, request.cell_file, request.fit_file, request.search_file
-    names = ", ".join(click.format_filename(p) for p in files if p.exists())
-    click.echo(f"written  {names}")
-    if interrupted:
-        click.echo("Interrupted: the best so far. --resume goes on from it.", err=True)
-        return 130
-    return 0

@@ -8,19 +8,19 @@ from rich.table import Table
 
 from reports.quantity import MISSING
 
-PIPED_WIDTH = 160  # a file has no width: rows must not be broken there
+WIDEST = 400  # no row is cut off: a terminal that is narrower breaks it
 
 
 def print_table(header: Sequence[str], rows: Iterable[Sequence[str]]) -> None:
     """The first column to the left, numbers to the right; no column of dashes alone."""
     body = list(rows)
     shown = [k for k in range(len(header)) if any(row[k] != MISSING for row in body)]
-    console = Console(highlight=False, soft_wrap=False)
-    if not console.is_terminal:
-        console = Console(highlight=False, width=PIPED_WIDTH)
     table = Table(box=SIMPLE_HEAD, pad_edge=False)
     for k in shown:
         table.add_column(header[k], justify="right" if k else "left", no_wrap=True)
     for row in body:
         table.add_row(*(row[k] for k in shown))
-    console.print(table)
+    needed = Console(width=WIDEST).measure(table).maximum
+    terminal = Console()
+    width = max(needed, terminal.width if terminal.is_terminal else 0)
+    Console(highlight=False, width=width).print(table)

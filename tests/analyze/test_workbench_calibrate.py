@@ -15,12 +15,17 @@ from click.testing import CliRunner, Result
 from analyze.pack_choice import cell_of, read_pack
 from analyze.start import pack_of, pack_use
 from analyze.workbench.__main__ import main
+from analyze.workbench.listing import print_table
+from reports.calibration import CalibrationReport
+from reports.calibration.summary import summary
+from reports.page import Page
 from tests.twin.calibrate.synthetic import NOISE_V, cell_pack, measured
 from twin.calibrate.objective import Problem
 from twin.calibrate.reference import ReferenceTest
-from twin.calibrate.run import SEARCH, Progress, fit
+from twin.calibrate.run import SEARCH, Calibration, Progress, conclusions, fit
 from twin.load import Between, Load
 from twin.simulate import simulate
+from twin.whole_file import write_whole
 
 PACK = """[pack]
 name = "a \\"pack\\""
@@ -35,6 +40,28 @@ physics = ["self_heating", "sei"]
 """
 
 
+FILES = {"new.toml", "new.bpx.json", "new.fit.json", "new.html"}
+
+
+class Killed(BaseException):
+    """As by the operating system: nothing is caught, nothing is written after it."""
+
+
+def first_only(problem: Problem, **options: object) -> Iterator[Progress]:
+    """A fit that is over at once."""
+    yield next(fit(problem, **options))  # type: ignore[arg-type]
+
+
+@pytest.fixture
+def plain_page(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Without its drawings, which take longer than all else here."""
+
+    def plain(report: CalibrationReport) -> Page:
+        return Page(title="t", subtitle="s", sections=(summary(report),), version="1")
+
+    monkeypatch.setattr("analyze.workbench.calibrated_files.calibration_page", plain)
+
+
 def call(folder: Path, *arguments: str, out: str = "new.toml", pack: str = PACK) -> Result:
     (folder / "pack.toml").write_text(pack, encoding="utf-8")
     common = ["--pack", str(folder / "pack.toml"), "--out", str(folder / "out" / out)]
@@ -42,7 +69,7 @@ def call(folder: Path, *arguments: str, out: str = "new.toml", pack: str = PACK)
 
 
 def put_test(
-    folder: Path, *, wave_V: float = 0.0, stop: int | None = None
+    folder: Path, *, wave_V: float = 0.0, stop: int | None = None, name: str = "2C"
 ) -> tuple[str, ReferenceTest]:
     """2C of a cell nobody knows, at the terminals of a 4s2p pack, discharge negative.
 
@@ -53,7 +80,7 @@ def put_test(
     test = replace(test, voltage_V=test.voltage_V + wave)
     table = np.column_stack([test.time_s, -2 * test.current_A, 4 * test.voltage_V])[:stop]
     lines = [",".join(f"{v:.6f}" for v in row) for row in table]
-    file = folder / "2C.csv"
+    file = folder / f"{name}.csv"
     file.write_text("\n".join(["Test Time / s,Current / A,Voltage / V", *lines]) + "\n")
     return str(file), test
 
@@ -66,7 +93,7 @@ def test_a_pack_file_comes_out_whose_pack_does_what_was_measured(tmp_path: Path)
     assert result.exit_code == 0, result.output
     assert "positive current is charge" in result.output
     out = tmp_path / "out"
-    assert {p.name for p in out.iterdir()} == {"new.toml", "new.bpx.json", "new.fit.json"}
+    assert {p.name for p in out.iterdir()} == FILES
     choice = read_pack(out / "new.toml")
     assert choice.file.pack.name == 'a "pack"'
     assert choice.file.twin.physics == ("self_heating", "sei", "series_resistance")
@@ -82,6 +109,15 @@ def test_a_pack_file_comes_out_whose_pack_does_what_was_measured(tmp_path: Path)
     values = json.loads((out / "new.fit.json").read_text())["values"]
     assert values == pytest.approx(told["values"], rel=1e-2, abs=1e-4)
     assert tomllib.loads((out / "new.toml").read_text())["pack"]["cell"] == "new.bpx.json"
+
+
+def test_no_number_is_cut_off_where_the_terminal_is_narrow(
+    capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("COLUMNS", "20")
+    monkeypatch.setenv("FORCE_COLOR", "1")  # as on a terminal
+    print_table(("parameter", "value"), [("a name that is long", "0.12345678901")])
+    assert "a name that is long   0.12345678901" in capsys.readouterr().out
 
 
 @pytest.mark.parametrize(
@@ -108,6 +144,123 @@ def test_options_that_cannot_be_used_are_named(tmp_path: Path) -> None:
     assert (result.exit_code, "holds no earlier fit" in result.output) == (2, True)
 
 
+def test_what_is_in_the_way_is_named_before_anything_is_computed(tmp_path: Path) -> None:
+    file, _ = put_test(tmp_path, stop=50)
+    (tmp_path / "out").write_text("a file")
+    result = call(tmp_path, file)
+    assert (result.exit_code, "cannot be made" in result.output) == (2, True)
+    (tmp_path / "out").unlink()
+    (tmp_path / "out" / "new.html").mkdir(parents=True)
+    result = call(tmp_path, file)
+    assert (result.exit_code, "is a folder" in result.output) == (2, True)
+    (tmp_path / "out" / "new.html").rmdir()
+    (tmp_path / "out" / "new.toml").write_text("mine")
+    result = call(tmp_path, file)
+    assert (result.exit_code, "it is not replaced" in result.output) == (2, True)
+    assert (tmp_path / "out" / "new.toml").read_text() == "mine"
+    result = call(tmp_path, file, out="../pack.toml")
+    assert (result.exit_code, "the pack file to start from" in result.output) == (2, True)
+    assert (tmp_path / "pack.toml").read_text() == PACK
+
+
+@pytest.mark.usefixtures("plain_page")
+def test_a_page_that_cannot_be_written_costs_nothing_else(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def full(path: Path, content: str) -> None:
+        if path.suffix == ".html":
+            raise OSError(28, "No space left on device", str(path))
+        write_whole(path, content)
+
+    monkeypatch.setattr("analyze.workbench.calibrate.fit", first_only)
+    monkeypatch.setattr("analyze.workbench.calibrated_files.write_whole", full)
+    result = call(tmp_path, put_test(tmp_path, stop=50)[0])
+    assert (result.exit_code, "No space left on device" in result.output) == (2, True)
+    assert {p.name for p in (tmp_path / "out").iterdir()} == FILES - {"new.html"}
+
+
+@pytest.mark.usefixtures("plain_page")
+@pytest.mark.parametrize(
+    ("after", "missing"),
+    [
+        (1, ["further tests", "2C predicted", "early predicted"]),
+        (3, ["2C predicted", "early predicted"]),  # in the fit to the other tests
+    ],
+)
+def test_an_interrupt_while_concluding_leaves_what_is_known(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, after: int, missing: list[str]
+) -> None:
+    def interrupted(*arguments: object) -> Iterator[Calibration]:
+        for n, found in enumerate(conclusions(*arguments), start=1):  # type: ignore[arg-type]
+            if n == after:
+                os.kill(os.getpid(), signal.SIGINT)
+            assert n <= after
+            yield found
+
+    monkeypatch.setattr("analyze.workbench.calibrate.fit", first_only)
+    monkeypatch.setattr("analyze.workbench.calibrate.conclusions", interrupted)
+    tests = put_test(tmp_path)[0], put_test(tmp_path, stop=150, name="early")[0]
+    result = call(tmp_path, *tests)
+    assert result.exit_code == 130, result.output
+    assert {p.name for p in (tmp_path / "out").iterdir()} == FILES
+    told = json.loads((tmp_path / "out" / "new.fit.json").read_text())
+    assert len(told["missing"]) == len(missing)
+    page = (tmp_path / "out" / "new.html").read_text()
+    for text, said in zip(told["missing"], missing, strict=True):
+        assert text.startswith(said)
+        assert f"missing  {text}: not computed" in result.output
+        assert text in page
+    assert bool(told["advice"]) == (after > 1)
+
+
+@pytest.mark.usefixtures("plain_page")
+def test_a_kill_while_concluding_leaves_the_fit_and_no_older_page(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def killed(*arguments: object) -> Iterator[Calibration]:
+        yield next(conclusions(*arguments))  # type: ignore[arg-type]
+        raise Killed
+
+    file, out = put_test(tmp_path, stop=150)[0], tmp_path / "out"
+    out.mkdir()
+    (out / "new.html").write_text("of an earlier fit")
+    monkeypatch.setattr("analyze.workbench.calibrate.fit", first_only)
+    monkeypatch.setattr("analyze.workbench.calibrate.conclusions", killed)
+    with pytest.raises(Killed):
+        call(tmp_path, file)
+    assert {p.name for p in out.iterdir()} == FILES - {"new.html"}
+    monkeypatch.setattr("analyze.workbench.calibrate.conclusions", conclusions)
+    assert call(tmp_path, file, "--resume").exit_code == 0
+
+
+@pytest.mark.usefixtures("plain_page")
+def test_a_killed_search_is_gone_on_with_as_if_it_had_never_stopped(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def killed(problem: Problem, **options: object) -> Iterator[Progress]:
+        for best in fit(problem, **options):  # type: ignore[arg-type]
+            yield best
+            if best.evaluations >= 32:
+                raise Killed
+
+    file, most = put_test(tmp_path, wave_V=0.02, stop=150)[0], ("--evaluations", "64")
+    assert call(tmp_path, file, *most).exit_code == 0
+    search, fitted = (tmp_path / "out" / f"new.{k}.json" for k in ("search", "fit"))
+    whole = json.loads(search.read_text()), json.loads(fitted.read_text())
+    for path in (tmp_path / "out").iterdir():
+        path.unlink()
+    with monkeypatch.context() as patch:
+        patch.setattr("analyze.workbench.calibrate.fit", killed)
+        patch.setattr("analyze.workbench.calibrate.SAVED_EVERY_S", 0.0)
+        with pytest.raises(Killed):
+            call(tmp_path, file, *most)
+    assert [p.name for p in (tmp_path / "out").iterdir()] == ["new.search.json"]
+    assert 0 < len(json.loads(search.read_text())["costs"]) < 64
+    assert call(tmp_path, file, *most, "--resume").exit_code == 0
+    assert (json.loads(search.read_text()), json.loads(fitted.read_text())) == whole
+
+
+@pytest.mark.usefixtures("plain_page")
 def test_what_was_found_before_an_interrupt_is_written(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -125,6 +278,7 @@ def test_what_was_found_before_an_interrupt_is_written(
     assert read_pack(tmp_path / "out" / "new.toml").file.pack.series == 4
 
 
+@pytest.mark.usefixtures("plain_page")
 def test_what_least_squares_leave_is_searched_and_an_interrupted_search_gone_on_with(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

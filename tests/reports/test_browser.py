@@ -3,6 +3,7 @@
 import re
 import shutil
 import subprocess
+from collections.abc import Callable
 from pathlib import Path
 
 import pytest
@@ -10,6 +11,8 @@ import pytest
 from reports.page import flight_page
 from reports.render import render
 from tests.reports import example
+from tests.reports.test_calibration_page import EVIL, found, renamed
+from tests.reports.test_calibration_page import page as calibration_html
 
 BROWSER = next(
     (p for name in ("chromium", "chromium-browser", "google-chrome") if (p := shutil.which(name))),
@@ -44,14 +47,25 @@ def dom(folder: Path, html: str, width: int) -> str:
     return run.stdout
 
 
+def flight() -> tuple[str, int]:
+    """A page and the number of its drawings."""
+    return render(flight_page(example.report(name=example.EVIL))), 3
+
+
+def calibration() -> tuple[str, int]:
+    of = renamed(found(), EVIL)
+    return calibration_html(of), len(of.fitted) + 5
+
+
+@pytest.mark.parametrize("made", [flight, calibration])
 @pytest.mark.parametrize("width", [600, 1200])
 def test_a_browser_lays_the_page_out_without_fetching_or_overflowing(
-    tmp_path: Path, width: int
+    tmp_path: Path, width: int, made: Callable[[], tuple[str, int]]
 ) -> None:
-    html = render(flight_page(example.report(name=example.EVIL)))
+    html, drawings = made()
     probed = dom(tmp_path, html.replace("</body>", PROBE + "</body>"), width)
     title = re.search("<title>(.*?)</title>", probed)
     assert title is not None
     overflow, flat_drawings, fetched, figures = map(int, title.group(1).split(","))
     assert overflow <= 0
-    assert (flat_drawings, fetched, figures) == (0, 0, 3)
+    assert (flat_drawings, fetched, figures) == (0, 0, drawings)

@@ -47,8 +47,8 @@ class Estimate:
         std: standard error, in `unit` (where the scale is logarithmic, relative times the value).
         lower: of the 90 % interval,
         upper: and its other end.
-        prior: mean of the prior; NaN for what follows from others.
-        left_of_prior: standard error over standard deviation of the prior; NaN likewise.
+        prior: mean of the prior; of what follows from others: at the means of those.
+        left_of_prior: standard error over standard deviation of the prior.
         verdict: what the data tell.
     """
 
@@ -196,6 +196,7 @@ def _derived(problem: Problem, q: FloatArray, covariance: FloatArray) -> tuple[E
     by_q = problem.chain(q, mapped.derived_by_values, 0)
     std = np.sqrt(np.einsum("ij,jk,ik->i", by_q, covariance, by_q))
     prior_std = np.linalg.norm(by_q, axis=1)
+    priors = problem.mapped(np.zeros_like(q), 0).derived
     return tuple(
         Estimate(
             name=name,
@@ -204,12 +205,17 @@ def _derived(problem: Problem, q: FloatArray, covariance: FloatArray) -> tuple[E
             std=error,
             lower=value - NINETY * error,
             upper=value + NINETY * error,
-            prior=float("nan"),
+            prior=prior,
             left_of_prior=error / before,
             verdict=_verdict(error / before, near=False),
         )
-        for name, value, error, before in zip(
-            problem.derived, mapped.derived.tolist(), std.tolist(), prior_std.tolist(), strict=True
+        for name, value, prior, error, before in zip(
+            problem.derived,
+            mapped.derived.tolist(),
+            priors.tolist(),
+            std.tolist(),
+            prior_std.tolist(),
+            strict=True,
         )
     )
 

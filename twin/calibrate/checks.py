@@ -1,6 +1,6 @@
 """How well a calibrated cell follows its tests, and tests it was not fitted to."""
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -9,6 +9,7 @@ import numpy.typing as npt
 from twin.calibrate.objective import Problem
 from twin.calibrate.polish import polish
 from twin.calibrate.reference import ReferenceTest
+from twin.load import Between
 
 FloatArray = npt.NDArray[np.float64]
 
@@ -27,6 +28,7 @@ class Fitted:
         simulated_V: (n,) of one cell; NaN from where the simulation ended.
         soc: (n,) state of charge of the simulated cell by charge.
         noise_V: of a sample, as estimated from the recording alone.
+        between: how the current runs between the samples.
         held_out_V: (n,) predicted by a fit to the other tests; None if there is none.
     """
 
@@ -37,6 +39,7 @@ class Fitted:
     simulated_V: FloatArray
     soc: FloatArray
     noise_V: float
+    between: Between = Between.HOLD
     held_out_V: FloatArray | None = None
 
     @property
@@ -81,6 +84,7 @@ def fitted(problem: Problem, q: FloatArray, tests: Sequence[ReferenceTest]) -> t
             simulated_V=problem.replayed(q, test, float(values[first + k])),
             soc=soc - test.drawn_C() / capacity_C,
             noise_V=problem.tests[k].noise_V,
+            between=test.between,
         )
         out.append(one)
     return tuple(out)
@@ -88,8 +92,8 @@ def fitted(problem: Problem, q: FloatArray, tests: Sequence[ReferenceTest]) -> t
 
 def predicted(
     problem: Problem, q: FloatArray, tests: Sequence[ReferenceTest], k: int
-) -> FloatArray:
-    """(n,) voltage of test `k` by a fit to the others, from `q` on.
+) -> Iterator[FloatArray | None]:
+    """The (n,) voltage of test `k` by a fit to the others, from `q` on; None while that goes on.
 
     Of the test itself only the voltage at its start is used, as a state to start from.
     """
@@ -98,4 +102,5 @@ def predicted(
     best = np.delete(q, first + k)
     for polished in polish(others, best):
         best = polished.q
-    return others.replayed(best, tests[k], problem.table[len(problem.table) - len(tests) + k].mean)
+        yield None
+    yield others.replayed(best, tests[k], problem.table[len(problem.table) - len(tests) + k].mean)

@@ -6,6 +6,7 @@ from dataclasses import replace
 from typing import Any
 
 import numpy as np
+import numpy.typing as npt
 
 from twin.bpx_out import scaled, write_bpx
 from twin.calibrate.answer import Combination, Estimate
@@ -15,6 +16,8 @@ from twin.cell import Cell, Electrode
 from twin.effects import SeriesResistance
 from twin.pack import Pack
 from twin.pack_file import PackFile
+
+FloatArray = npt.NDArray[np.float64]
 
 FIT_VERSION = 1
 
@@ -97,7 +100,13 @@ def fit_text(found: Calibration) -> str:
         "advice": [
             {"test": a.name, "gain_nats": a.gain, "helps": dict(a.helps)} for a in found.advice
         ],
+        "information": {
+            "tests": found.information.tests,
+            "effect_mV": _by_test(1e3 * found.information.effect_V, found),
+            "left_of_prior_alone": _by_test(found.information.alone, found),
+        },
         "remarks": found.remarks,
+        "missing": found.missing,
     }
     return json.dumps(document, indent=2, allow_nan=False) + "\n"
 
@@ -122,6 +131,11 @@ def _estimate(e: Estimate) -> dict[str, Any]:
 
 def _combination(c: Combination) -> dict[str, Any]:
     return {"std": min(c.std, 1e9), "loadings": dict(c.loadings)}
+
+
+def _by_test(values: FloatArray, found: Calibration) -> dict[str, list[float]]:
+    """Parameter -> a number for each test; (tests, k) `values`."""
+    return {n: v.tolist() for n, v in zip(found.information.names, values.T, strict=True)}
 
 
 def _test(f: Fitted) -> dict[str, Any]:

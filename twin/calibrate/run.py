@@ -16,6 +16,7 @@ from twin.calibrate.advice import Advice, advise
 from twin.calibrate.answer import Answer, answer, excess_of
 from twin.calibrate.cell_map import Infeasible
 from twin.calibrate.checks import Fitted, fitted, predicted
+from twin.calibrate.information import Information, information
 from twin.calibrate.objective import Problem, labelled_C
 from twin.calibrate.parameters import EMPTY_ENDS
 from twin.calibrate.polish import Polished, polish
@@ -28,6 +29,7 @@ FloatArray = npt.NDArray[np.float64]
 
 WINDOWS = ("negative.stoichiometry_max", *EMPTY_ENDS, "capacity_C", "series_resistance_ohm")
 SEARCH = "search"
+ADVICE = "further tests worth making"
 STARTS = (0.0, -1.5, 1.5)  # of the first of WINDOWS
 EXPLAINED = 1.3  # mean square of the residuals over what was expected: nothing to search for
 SLIGHT = 0.2  # more noise than was expected in a test, relative: not worth another fit
@@ -104,6 +106,8 @@ class Calibration:
         fitted: every test in full.
         advice: further tests, the most informative first.
         remarks: what was detected in the tests, and what they leave unknown.
+        information: of each test about each parameter.
+        missing: what was not computed, in words.
     """
 
     problem: Problem
@@ -113,6 +117,8 @@ class Calibration:
     fitted: tuple[Fitted, ...]
     advice: tuple[Advice, ...]
     remarks: tuple[str, ...]
+    information: Information
+    missing: tuple[str, ...]
 
 
 def problem_of(
@@ -179,26 +185,49 @@ def _reweighted(best: Progress) -> Iterator[Progress]:
         yield from _polished(problem.of_other_tests(tests), best.q)
 
 
-def conclude(
-    problem: Problem, q: FloatArray, tests: Sequence[ReferenceTest], *, cross_validate: bool
-) -> Calibration:
-    """What the fit `q` of `problem` to `tests` tells; `cross_validate` also predicts each test."""
+def conclusions(
+    problem: Problem, q: FloatArray, tests: Sequence[ReferenceTest]
+) -> Iterator[Calibration]:
+    """What the fit `q` of `problem` to `tests` tells, ever more of it; stop when it is enough.
+
+    First all but what `Calibration.missing` says; then further tests worth making, and each test
+    predicted by a fit to the others.
+    """
     told = answer(problem, q)
-    shown = fitted(problem, q, tests)
-    if cross_validate and len(tests) > 1:
-        shown = tuple(
-            replace(f, held_out_V=predicted(problem, q, tests, k)) for k, f in enumerate(shown)
-        )
+    others = tuple(f"{t.name} predicted from the other tests" for t in tests if len(tests) > 1)
     remarks = [f"{t.name}: {r}" for t in tests for r in t.remarks]
-    return Calibration(
+    found = Calibration(
         problem=problem,
         q=q,
         numbers=problem.mapped(q, 0).numbers,
         answer=told,
-        fitted=shown,
-        advice=advise(problem, q, told),
+        information=information(problem, q),
+        fitted=fitted(problem, q, tests),
+        advice=(),
         remarks=(*remarks, *left_unknown(tuple(tests), problem.pack)),
+        missing=(ADVICE, *others),
     )
+    yield found
+    found = replace(found, advice=advise(problem, q, told), missing=others)
+    yield found
+    for k in range(len(others)):
+        for voltage_V in predicted(problem, q, tests, k):
+            if voltage_V is not None:
+                shown = replace(found.fitted[k], held_out_V=voltage_V)
+                after = (*found.fitted[:k], shown, *found.fitted[k + 1 :])
+                found = replace(found, fitted=after, missing=others[k + 1 :])
+            yield found
+
+
+def conclude(
+    problem: Problem, q: FloatArray, tests: Sequence[ReferenceTest], *, cross_validate: bool
+) -> Calibration:
+    """The last of `conclusions`; without `cross_validate` no test is predicted from the others."""
+    steps = conclusions(problem, q, tests)
+    if not cross_validate:
+        return next(c for c in steps if ADVICE not in c.missing)
+    *_, last = steps
+    return last
 
 
 def values_by_name(problem: Problem, q: FloatArray) -> dict[str, float]:
@@ -228,7 +257,7 @@ def _windows(problem: Problem) -> Iterator[Progress]:
         for p, value in zip(own.parameters, best.q.tolist(), strict=True):
             q[names.index(p.name)] = value
     q = np.clip(q, *problem.bounds)
-    yield _progress(problem, "windows", q, problem.cost(q))
+    yield _progress(problem, "windows and capacity", q, problem.cost(q))
 
 
 def _window_start(own: Problem, full: float, drawn_C: float) -> FloatArray:

@@ -144,7 +144,7 @@ def test_finds_its_way_off_a_plateau_of_failures() -> None:
         failed = (np.abs(points[:, :3] - there[:3]) > 0.25).any(axis=1)
         return np.where(failed, 1e6, inner(points))
 
-    first = next(search(cost, 6, seed=1, evaluations=48))
+    *_, first = search(cost, 6, seed=1, evaluations=48)
     assert first.evaluations == 48
     assert (cost(np.random.default_rng(0).random((1000, 6))) == 1e6).mean() > 0.8
     goal = 1e-6 * usual(inner, 6)

@@ -1,4 +1,4 @@
-"""`search`: evaluates what the course proposes, and says how it stands after every batch."""
+"""`search`: evaluates what the course proposes, and says now and then how it stands."""
 
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
@@ -14,17 +14,19 @@ FloatArray = npt.NDArray[np.float64]
 Evaluate = Callable[[FloatArray], FloatArray]
 """(m, k) points of the unit box -> (m,) finite costs."""
 
+AT_ONCE = 16  # points given to `evaluate`: whoever stops a search of slow costs need not wait long
+
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Best:
-    """How a search stands after a batch.
+    """How a search stands after some evaluations.
 
     Attributes:
         point: (k,) the best so far, in the unit box.
         cost: of it.
         evaluations: so far.
-        algorithm: that proposed the batch.
-        stage: what the batch was for.
+        algorithm: that proposed the last of them.
+        stage: what they were for.
     """
 
     point: FloatArray
@@ -39,13 +41,13 @@ def search(  # noqa: PLR0913
     start: npt.ArrayLike | None = None, state: Journal | None = None,
     members: Sequence[str] = tuple(MEMBERS),
 ) -> Iterator[Best]:  # fmt: skip
-    """Minimise `evaluate` over the unit box of `dimension`, one `Best` after every batch.
+    """Minimise `evaluate` over the unit box of `dimension`, one `Best` after some evaluations.
 
-    Stop iterating whenever it is good enough; no more than `evaluations` are made. `start`, (k,) or
-    (m, k), is evaluated first. A `state` is appended to as the search goes; one that holds
-    evaluations of this search continues it, beginning with how it stood, and `evaluations` counts
-    them. The course is that of `seed` whatever `evaluations` is. `members` are those of MEMBERS
-    that take part.
+    AT_ONCE of them, or fewer. Stop iterating whenever it is good enough; no more than `evaluations`
+    are made in all. `start`, (k,) or (m, k), is evaluated first. A `state` is appended to as the
+    search goes; one that holds evaluations of this search continues it, beginning with how it
+    stood, and `evaluations` counts them. The course is that of `seed` whatever `evaluations` is.
+    `members` are those of MEMBERS that take part.
 
     Raises:
         SearchError: arguments that do not fit each other, costs that are not finite or not one a
@@ -67,20 +69,23 @@ def _steps(
     proposal = next(turns)
     point, cost = proposal.points[0], np.inf
     while True:
-        points = proposal.points[: evaluations - done]
-        costs = _costs(evaluate, points, journal, done)
-        done += len(points)
-        at = int(np.argmin(costs))
-        if costs[at] < cost:
-            point, cost = points[at], float(costs[at])
-        if done >= held:
-            yield Best(
-                point=point, cost=cost, evaluations=done,
-                algorithm=proposal.algorithm, stage=proposal.stage,
-            )  # fmt: skip
-        if done >= evaluations:
-            return
-        proposal = turns.send(costs)
+        told = []
+        for first in range(0, len(proposal.points), AT_ONCE):
+            points = proposal.points[first : first + AT_ONCE][: evaluations - done]
+            costs = _costs(evaluate, points, journal, done)
+            told.append(costs)
+            done += len(points)
+            at = int(np.argmin(costs))
+            if costs[at] < cost:
+                point, cost = points[at], float(costs[at])
+            if done >= held:
+                yield Best(
+                    point=point, cost=cost, evaluations=done,
+                    algorithm=proposal.algorithm, stage=proposal.stage,
+                )  # fmt: skip
+            if done >= evaluations:
+                return
+        proposal = turns.send(np.concatenate(told))
 
 
 def _costs(evaluate: Evaluate, points: FloatArray, journal: Journal, at: int) -> FloatArray:

@@ -1,0 +1,103 @@
+"""The files of a calibration, side by side; each appears whole or not at all."""
+
+from dataclasses import dataclass
+from pathlib import Path
+
+from analyze.version import version
+from reports.calibration import CalibrationReport, SourceFile, calibration_page
+from reports.render import render
+from twin.calibrate.out import cell_text, fit_text, pack_text
+from twin.calibrate.run import Calibration
+from twin.calibrate.search import Journal
+from twin.pack import Pack
+from twin.pack_file import PackFile
+from twin.whole_file import write_whole
+
+
+@dataclass(frozen=True, slots=True)
+class Files:
+    """Their paths.
+
+    Attributes:
+        pack: the pack file, which the others lie beside.
+    """
+
+    pack: Path
+
+    @property
+    def cell(self) -> Path:
+        """The calibrated cell as BPX."""
+        return self.pack.with_suffix(".bpx.json")
+
+    @property
+    def fit(self) -> Path:
+        """All that is known of the fit; what a later one goes on from."""
+        return self.pack.with_suffix(".fit.json")
+
+    @property
+    def page(self) -> Path:
+        """The same for a person."""
+        return self.pack.with_suffix(".html")
+
+    @property
+    def search(self) -> Path:
+        """What the search has evaluated."""
+        return self.pack.with_suffix(".search.json")
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Frame:
+    """What a calibration was made from.
+
+    Attributes:
+        pack: whose cell was calibrated,
+        file: and its file.
+        tests: as they were given.
+        seed: of the search.
+        doubts: of the pack's cell.
+    """
+
+    pack: Pack
+    file: PackFile
+    tests: tuple[SourceFile, ...]
+    seed: int
+    doubts: tuple[str, ...]
+
+
+def in_the_way(files: Files) -> Path | None:
+    """A folder that has the name of one of them."""
+    all_ = files.pack, files.cell, files.fit, files.page, files.search
+    return next((path for path in all_ if path.is_dir()), None)
+
+
+def write_fit(files: Files, found: Calibration, frame: Frame, journal: Journal) -> None:
+    """All but the page; an earlier page goes, for it is no longer that of this fit."""
+    files.page.unlink(missing_ok=True)
+    write_whole(files.fit, fit_text(found))
+    write_whole(files.cell, cell_text(found))
+    write_whole(files.pack, pack_text(found, frame.pack, frame.file, cell=files.cell.name))
+    keep_search(files, journal)
+
+
+def write_page(files: Files, found: Calibration, frame: Frame, journal: Journal) -> None:
+    """The page of what `write_fit` wrote."""
+    report = CalibrationReport(
+        found=found,
+        pack=frame.file.pack.name,
+        pack_file=files.pack.name,
+        layout=f"{frame.pack.series}S{frame.pack.parallel}P",
+        files=frame.tests,
+        evaluations=len(journal),
+        seed=frame.seed,
+        doubts=frame.doubts,
+        version=version(),
+    )
+    write_whole(files.page, render(calibration_page(report)))
+
+
+def keep_search(files: Files, journal: Journal) -> None:
+    """The search beside the fit it belongs to; none where nothing was searched."""
+    if len(journal):
+        write_whole(files.search, journal.to_json())
+    else:
+        files.search.unlink(missing_ok=True)

@@ -1,0 +1,100 @@
+"""Parameters as a person calls them, in the units a person uses."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from reports.quantity import significant
+from twin.calibrate.answer import Estimate, Verdict
+from twin.calibrate.cell_map import START_V
+
+# what a parameter's name ends in -> words, unit, factor from SI
+QUANTITIES = {
+    "particle_radius_m": ("particle radius", "µm", 1e6),
+    "conductivity_S_m": ("solid conductivity", "S/m", 1.0),
+    "diffusivity_m2_s": ("solid diffusivity", "10⁻¹⁴ m²/s", 1e14),
+    "exchange_current_A_m2": ("exchange current", "A/m²", 1.0),
+    "porosity": ("porosity", "", 1.0),
+    "filler": ("filler share", "", 1.0),
+    "specific_area_m2_m3": ("specific surface area", "1/µm", 1e-6),
+    "diffusivity_factor": ("diffusivity (factor)", "", 1.0),
+    "initial_concentration_mol_m3": ("salt concentration", "mol/m³", 1.0),
+    "capacity_C": ("capacity", "Ah", 1 / 3600),
+    "series_resistance_ohm": ("resistance in series", "mΩ", 1e3),
+}
+ENDS = {
+    "negative.stoichiometry_max": "stoichiometry when full",
+    "negative.stoichiometry_min": "stoichiometry when empty",
+    "positive.stoichiometry_min": "stoichiometry when full",
+    "positive.stoichiometry_max": "stoichiometry when empty",
+}
+LAYERS = ("", "negative", "separator", "positive", "electrolyte")
+VERDICT_COLOUR = {
+    Verdict.IDENTIFIED: "#00805d",
+    Verdict.PARTLY: "#b87300",
+    Verdict.PRIOR: "#767676",
+    Verdict.AT_BOUND: "#c04d00",
+}
+
+
+@dataclass(frozen=True, slots=True)
+class Called:
+    """What a parameter is called.
+
+    Attributes:
+        text: its name in words.
+        unit: in which it is shown, "" for pure numbers.
+        factor: from the unit of its estimate to that.
+    """
+
+    text: str
+    unit: str
+    factor: float
+
+    def value(self, value: float) -> str:
+        """The number as it is printed."""
+        return significant(value * self.factor, 4)
+
+
+def called(name: str, unit: str = "") -> Called:
+    """The parameter `name`; one that is not known here keeps its name and `unit`."""
+    if is_start(name):
+        return Called(f"rest voltage before {name.partition(':')[2]}", "V", 1.0)
+    where, _, what = name.rpartition(".")
+    if name in ENDS:
+        return Called(f"{where}: {ENDS[name]}", "", 1.0)
+    if what not in QUANTITIES:
+        return Called(name, unit, 1.0)
+    words, shown, factor = QUANTITIES[what]
+    return Called(f"{where}: {words}" if where else words, shown, factor)
+
+
+def phrase(name: str) -> str:
+    """As it stands in a sentence."""
+    return called(name).text.replace(": ", " ")
+
+
+def in_order(names: Sequence[str]) -> list[int]:
+    """Places of those of the cell: of all of it, then layer by layer; starts are left out."""
+    cell = [k for k, name in enumerate(names) if not is_start(name)]
+    return sorted(cell, key=lambda k: _layer(names[k]))
+
+
+def _layer(name: str) -> int:
+    where = name.rpartition(".")[0]
+    return LAYERS.index(where) if where in LAYERS else len(LAYERS)
+
+
+def is_start(name: str) -> bool:
+    """It belongs to one test, not to the cell."""
+    return name.startswith(START_V)
+
+
+def with_unit(e: Estimate) -> str:
+    """Value and unit."""
+    c = called(e.name, e.unit)
+    return f"{c.value(e.value)} {c.unit}".strip()
+
+
+def word(verdict: Verdict) -> str:
+    """One or two words."""
+    return verdict.name.lower().replace("_", " ")
