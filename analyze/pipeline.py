@@ -4,6 +4,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 from pathlib import Path
 
+from analyze.fitting import fitted
 from analyze.names import printable
 from analyze.pack_choice import DEFAULT_CELL, PackChoice, cell_of
 from analyze.replaying import gaps_of, replay
@@ -99,7 +100,7 @@ def read_flight(source: Source) -> Flight:
 
 
 def analyse(inputs: Inputs, *, clock: Callable[[], float]) -> FlightReport:
-    """Read, align, cut, replay.
+    """Read, align, cut, replay; without a pack file the pack is fitted to the flight.
 
     Args:
         inputs: files and options.
@@ -112,7 +113,9 @@ def analyse(inputs: Inputs, *, clock: Callable[[], float]) -> FlightReport:
     began = clock()
     flight = read_flight(inputs)
     segments = cut(flight.recording)
-    played = replay(flight.recording, flight.use, flight.cell)
+    use, played = flight.use, replay(flight.recording, flight.use, flight.cell)
+    if inputs.pack is None:
+        use, played = fitted(flight.recording, use, flight.cell, played)
     return FlightReport(
         log=flight.log,
         recording=flight.recording,
@@ -120,7 +123,7 @@ def analyse(inputs: Inputs, *, clock: Callable[[], float]) -> FlightReport:
         profiles=periodic_profiles(flight.recording, segments),
         alignment_refusal=flight.alignment_refusal,
         gaps=gaps_of(flight.recording),
-        pack=flight.use,
+        pack=use,
         replay=played,
         provenance=_provenance(inputs, played, clock() - began),
     )

@@ -57,6 +57,8 @@ def pack_use(
         parallel=parallel,
         capacity_C=capacity.value,
         capacity_known=capacity.known,
+        soc_known=soc.known,
+        temperature_known=start.known,
         serial=(recording.serial if recording else "") or (file.pack.serial if file else ""),
         initial_soc=soc.value,
         initial_K=start.value,
@@ -118,8 +120,9 @@ def _temperature(recording: Recording | None, file: PackFile | None) -> Known:
         return Known(value=file.start.temperature_c + ZERO_CELSIUS_K, origin="pack file")
     if file and file.environment.ambient_c is not None:
         ambient_K = file.environment.ambient_c + ZERO_CELSIUS_K
-        return Known(value=ambient_K, origin="not measured: that of the air in the pack file")
-    return Known(value=ROOM_K, origin="not measured: 25 °C assumed")
+        origin = "not measured: that of the air in the pack file"
+        return Known(value=ambient_K, origin=origin, known=False)
+    return Known(value=ROOM_K, origin="not measured: 25 °C assumed", known=False)
 
 
 def _ambient(file: PackFile | None, start: Known) -> Known:
@@ -140,12 +143,12 @@ def _soc(recording: Recording | None, file: PackFile | None, cell: Cell, series:
         return Known(value=file.start.soc, origin="pack file")
     rest = rest_voltage(recording) if recording else None
     if rest is None:
-        return Known(value=1.0, origin="not known: a full pack assumed")
+        return Known(value=1.0, origin="not known: a full pack assumed", known=False)
     one = rest.value / series
     soc = soc_at(cell, one)
     beyond = abs(open_circuit_V(cell, soc) - one)
     note = f"; the cell cannot have that, {beyond:.3f} V off" if beyond > BEYOND_V else ""
-    return Known(value=soc, origin=f"{rest.origin}, {one:.3f} V a cell{note}")
+    return Known(value=soc, origin=f"{rest.origin}, {one:.3f} V a cell{note}", known=rest.known)
 
 
 def rest_voltage(recording: Recording) -> Known | None:
@@ -172,6 +175,7 @@ def rest_voltage(recording: Recording) -> Known | None:
             value=_median(unloaded[early]),
             origin="no rest in the log: from the voltage under load, brought to zero current "
             "with the slope of voltage on current, which puts it too low rather than too high",
+            known=False,
         )
     return None
 

@@ -7,11 +7,25 @@ from flightlogs.log import FlightLog
 from flightlogs.recording import Recording
 from segment.profile import PeriodicProfile, TooLittle
 from segment.segment import Motion, Segment
+from twin.calibrate.flight import FlightFit, NotFitted
 from twin.effects import AnyEffect, Mechanics
 from twin.replay import Replay
 
 ASSESSED = (Motion.HOVER, Motion.VERTICAL, Motion.HORIZONTAL)
 """The motions that are judged one by one; the others connect them."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Fitting:
+    """What came of fitting the pack to the flight.
+
+    Attributes:
+        outcome: the fit, or why there is none.
+        before_V: voltage error of the replay before it, RMS in the air; None without voltage.
+    """
+
+    outcome: FlightFit | NotFitted
+    before_V: float | None
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -28,6 +42,8 @@ class PackUse:
         parallel: cells side by side.
         capacity_C: of the pack.
         capacity_known: False if it is only that of the cell that stands in.
+        soc_known: False if no rest showed it.
+        temperature_known: False if it was not measured.
         serial: the pack's own number, "" if unknown.
         initial_soc: state of charge at the start of the recording, 0..1.
         initial_K: temperature of the pack at the start.
@@ -36,6 +52,7 @@ class PackUse:
         effects: the physical effects that were switched on.
         mechanics: elastic constants, for the effects that need them.
         origins: field -> where its value comes from, in words, for every field that was a choice.
+        fitting: to this flight; None if that was not asked for, as with a pack file.
     """
 
     name: str
@@ -47,6 +64,8 @@ class PackUse:
     parallel: int
     capacity_C: float
     capacity_known: bool
+    soc_known: bool
+    temperature_known: bool
     serial: str
     initial_soc: float
     initial_K: float
@@ -55,6 +74,14 @@ class PackUse:
     effects: tuple[AnyEffect, ...]
     mechanics: Mechanics
     origins: Mapping[str, str]
+    fitting: Fitting | None = None
+
+    @property
+    def fit(self) -> FlightFit | None:
+        """To this flight, if there is one."""
+        if self.fitting is None or isinstance(self.fitting.outcome, NotFitted):
+            return None
+        return self.fitting.outcome
 
     @property
     def effect_ids(self) -> tuple[str, ...]:

@@ -44,6 +44,42 @@ class FlightPart(_Part):
     """From take-off to landing of the flight analysed."""
 
 
+class QuantityPart(_Part):
+    """A number that was fitted to the flight."""
+
+    name: str
+    value: float
+    std: NotNegative
+    lower: float
+    """Of the 90 % interval."""
+    upper: float
+    unit: str
+    assumed: float
+    """Before the fit; where its prior has its mean."""
+    verdict: Literal["identified", "partly", "prior", "at_bound"]
+    """What the flight tells of it; `prior`: nothing, it was left as assumed."""
+
+
+class FitErrorsPart(_Part):
+    """Root mean square of recorded minus simulated pack voltage, in the air."""
+
+    before: float | None
+    after: float | None
+    holdout_before: float
+    """Of the flight averaged over short spans, before the fit."""
+    holdout_after: float
+    """Each quarter of the flight predicted by a fit to the others."""
+
+
+class FitPart(_Part):
+    """The pack fitted to this flight, for want of a pack file."""
+
+    quantities: tuple[QuantityPart, ...]
+    rmse_mv: FitErrorsPart
+    independent_samples: NotNegative
+    """What the flight counts for; its residuals are correlated."""
+
+
 class PackPart(_Part):
     """The battery of the log, and the pack that was simulated in its place."""
 
@@ -62,6 +98,10 @@ class PackPart(_Part):
     capacity_ah: NotNegative
     origins: dict[str, str]
     """Where each value that had to be chosen comes from, in words."""
+    fit: FitPart | None
+    """Null with a pack file, or where the flight was not fitted."""
+    fit_refusal: str
+    """Why the flight was not fitted; empty if it was, or with a pack file."""
 
 
 class WarningPart(_Part):

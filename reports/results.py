@@ -8,6 +8,8 @@ from reports.flight import ASSESSED, FlightReport
 from reports.motions import motion_loads
 from reports.result import (
     AlignmentPart,
+    FitErrorsPart,
+    FitPart,
     FlightPart,
     GapsPart,
     LithiumPart,
@@ -18,12 +20,14 @@ from reports.result import (
     ParametersPart,
     ProvenancePart,
     QualityPart,
+    QuantityPart,
     ReplayPart,
     Result,
     SegmentPart,
     WarningPart,
 )
 from segment.segment import LoadStatistics, Segment
+from twin.calibrate.flight import NotFitted
 from twin.constants import ZERO_CELSIUS_K
 from twin.replay import Replay
 
@@ -70,6 +74,40 @@ def _pack(report: FlightReport) -> PackPart:
         parallel=pack.parallel,
         capacity_ah=pack.capacity_C / 3600,
         origins=dict(pack.origins),
+        fit=_fit(report),
+        fit_refusal=pack.fitting.outcome.reason
+        if pack.fitting and isinstance(pack.fitting.outcome, NotFitted)
+        else "",
+    )
+
+
+def _fit(report: FlightReport) -> FitPart | None:
+    fitting, fit = report.pack.fitting, report.pack.fit
+    if fitting is None or fit is None:
+        return None
+    return FitPart(
+        quantities=tuple(
+            QuantityPart.model_validate(
+                {
+                    "name": e.name,
+                    "value": e.value,
+                    "std": e.std,
+                    "lower": e.lower,
+                    "upper": e.upper,
+                    "unit": e.unit,
+                    "assumed": e.prior,
+                    "verdict": e.verdict.name.lower(),
+                }
+            )
+            for e in (*fit.estimates, fit.pulse)
+        ),
+        rmse_mv=FitErrorsPart(
+            before=_milli(fitting.before_V),
+            after=_milli(report.replay.rmse_V),
+            holdout_before=1000 * fit.held_out_before_V,
+            holdout_after=1000 * fit.held_out_after_V,
+        ),
+        independent_samples=fit.independent_samples,
     )
 
 
@@ -147,10 +185,9 @@ def _motions(report: FlightReport) -> MotionsPart:
 def _replay(replay: Replay) -> ReplayPart:
     solution, audit = replay.solution, replay.solution.audit
     started = bool(solution.time_s.size)
-    rmse, worst = replay.rmse_V, replay.max_error_V
     return ReplayPart(
-        voltage_rmse_mv=None if rmse is None else 1000 * rmse,
-        max_error_mv=None if worst is None else 1000 * worst,
+        voltage_rmse_mv=_milli(replay.rmse_V),
+        max_error_mv=_milli(replay.max_error_V),
         final_soc=float(solution.soc[-1]) if started else None,
         max_temperature_c=float(np.max(solution.temperature_K)) - ZERO_CELSIUS_K
         if started
@@ -189,6 +226,10 @@ def _provenance(report: FlightReport) -> ProvenancePart:
 
 def _pair(values: np.ndarray[tuple[int], np.dtype[np.float64]]) -> tuple[float, float]:
     return float(values[0]), float(values[1])
+
+
+def _milli(value: float | None) -> float | None:
+    return None if value is None else 1000 * value
 
 
 def _finite(value: float | None) -> float | None:

@@ -10,6 +10,7 @@ import numpy.typing as npt
 from twin.cell import Cell
 from twin.effects import (
     AGEING,
+    FACTORS,
     AnyEffect,
     FilmResistance,
     Mechanics,
@@ -127,6 +128,9 @@ class Pack:
             if isinstance(effect, FilmResistance):
                 values["negative.film_ohm_m2"] += effect.negative_ohm_m2
                 values["positive.film_ohm_m2"] += effect.positive_ohm_m2
+            if isinstance(effect, FACTORS):
+                for name in effect.scales:
+                    values[name] *= effect.factor
         values |= mechanics_parameters(self.mechanics) if self.stressed else {}
         for effect in self.effects:
             if isinstance(effect, OcvHysteresis):

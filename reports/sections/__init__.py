@@ -2,6 +2,7 @@
 
 from reports.sections.alignment import alignment
 from reports.sections.course import course
+from reports.sections.fit import fit
 from reports.sections.motions import motions
 from reports.sections.profiles import profiles
 from reports.sections.provenance import provenance
@@ -16,6 +17,7 @@ FLIGHT_SECTIONS = (
     course,
     motions,
     profiles,
+    fit,
     replay,
     provenance,
 )

@@ -30,7 +30,8 @@ def _how(report: FlightReport) -> str:
     effects = ", ".join(e.replace("_", " ") for e in pack.effect_ids) or "none"
     return (
         f"The recorded current was drawn from {pack.series}S{pack.parallel}P of the cell "
-        f"{pack.cell}, scaled to {ampere_hours(pack.capacity_C, 2)} Ah. "
+        f"{pack.cell}, scaled to {ampere_hours(pack.capacity_C, 2)} Ah"
+        f"{' and fitted to this flight' if pack.fit else ''}. "
         f"Effects switched on: {effects}."
     )
 

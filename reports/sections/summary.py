@@ -6,11 +6,23 @@ from flightlogs.log import Interval
 from reports.flight import FlightReport
 from reports.quantity import MISSING, ampere_hours, celsius, fixed, minutes
 from reports.section import Notice, Row, Section, Severity
+from reports.sections.fit import SHOWN, doubtful_current
+from twin.calibrate.answer import Estimate, Verdict
+from twin.calibrate.flight import FlightFit, NotFitted
+
+MOST_ASKED = ("initial_soc", "capacity_C", "pulse_ohm")
 
 NOT_CALIBRATED = (
     "The twin is not calibrated to this pack: it uses the built-in cell {cell}, scaled to this "
     "pack's capacity. Read the replay as what a pack of such cells would do, not as a diagnosis."
 )
+FITTED = (
+    "The twin is fitted to this flight, not calibrated to this pack: the built-in cell {cell} was "
+    "changed until it answers as the pack did, and the voltage error fell from {before} to {after} "
+    "mV. {told}What remains uncertain stands under “Fitted to this flight”; a good fit is no "
+    "diagnosis."
+)
+NOT_FITTED = " It was not fitted to this flight either: {reason}."
 
 
 def summary(report: FlightReport) -> Section:
@@ -25,13 +37,42 @@ def summary(report: FlightReport) -> Section:
 
 def _notices(report: FlightReport) -> tuple[Notice, ...]:
     out = []
-    if not report.pack.calibrated:
-        text = NOT_CALIBRATED.format(cell=report.pack.cell)
+    if report.pack.fit is not None:
+        severity = Severity.DOUBT if doubtful_current(report) else Severity.NOTE
+        text = _fitted(report, report.pack.fit)
+        out.append(Notice(text=text, severity=severity, code="fitted_to_this_flight"))
+    elif not report.pack.calibrated:
+        text = NOT_CALIBRATED.format(cell=report.pack.cell) + _why_not(report)
         out.append(Notice(text=text, severity=Severity.DOUBT, code="not_calibrated"))
     if report.log.simulated:
         text = "This is the log of a simulated flight: its current was computed, not measured."
         out.append(Notice(text=text, severity=Severity.DOUBT, code="simulated"))
     return tuple(out)
+
+
+def _fitted(report: FlightReport, fit: FlightFit) -> str:
+    before_V = report.pack.fitting.before_V if report.pack.fitting else None
+    after_V = report.replay.rmse_V
+    before, after = (fixed(None if v is None else 1000 * v, 0) for v in (before_V, after_V))
+    known = [e for e in (*fit.estimates, fit.pulse) if e.verdict is Verdict.IDENTIFIED]
+    told = "; ".join(_in_words(e) for e in known if e.name in MOST_ASKED)
+    told = f"This flight tells {told}. " if told else ""
+    if told and doubtful_current(report):
+        told += "The log's current is doubtful, and so are capacity and resistance. "
+    return FITTED.format(cell=report.pack.cell, before=before, after=after, told=told)
+
+
+def _in_words(estimate: Estimate) -> str:
+    shown = SHOWN[estimate.name]
+    value, std = shown.texts(estimate.value, std=estimate.std)
+    return f"{shown.label.lower()}: {value} ± {std} {shown.unit}"
+
+
+def _why_not(report: FlightReport) -> str:
+    fitting = report.pack.fitting
+    if fitting is None or not isinstance(fitting.outcome, NotFitted):
+        return ""
+    return NOT_FITTED.format(reason=fitting.outcome.reason)
 
 
 def _vehicle(report: FlightReport) -> tuple[Row, ...]:

@@ -74,6 +74,23 @@ def test_the_replay_runs_to_the_end_and_starts_as_the_pack_did(out: Path, stem: 
     assert got["replay"]["lithium_audit"]["relative_error"] == pytest.approx(0.0, abs=1e-12)
 
 
+@pytest.mark.parametrize("stem", STEMS)
+def test_the_fit_to_the_flight_comes_closer_to_the_truth(out: Path, stem: str) -> None:
+    got, true = result(out, stem), truth(stem)
+    fit = got["pack"]["fit"]
+    assert fit["rmse_mv"]["after"] < 0.25 * fit["rmse_mv"]["before"]
+    assert fit["rmse_mv"]["after"] < 12.0  # 8 mV are noise
+    assert fit["rmse_mv"]["holdout_after"] < 0.2 * fit["rmse_mv"]["holdout_before"]
+    found = {q["name"]: q["value"] for q in fit["quantities"]}
+    assert found["initial_soc"] == pytest.approx(true["pack"]["initial_soc"], abs=0.005)
+    # in the amperes of the log, whose gain and offset the truth tells
+    assert found["capacity_C"] / 3600 == pytest.approx(true["pack"]["capacity_ah"], rel=0.04)
+    assert found["initial_K"] - 273.15 == pytest.approx(
+        true["pack"]["initial_temperature_c"], abs=2.5
+    )
+    assert got["replay"]["final_soc"] == pytest.approx(true["at_the_end"]["soc"], abs=0.015)
+
+
 def test_the_sensor_beside_the_log_is_found_and_aligned(out: Path) -> None:
     got, true = result(out, "s500")["alignment"], truth("s500")["sensor_clock"]
     assert got["offset_s"] == pytest.approx(true["offset_s"], abs=0.05)
@@ -82,8 +99,9 @@ def test_the_sensor_beside_the_log_is_found_and_aligned(out: Path) -> None:
     assert result(out, "light")["alignment"] is None
 
 
-def test_the_page_says_that_the_cell_is_not_the_packs_own(out: Path) -> None:
-    assert "not calibrated to this pack" in (out / "light/report.html").read_text(encoding="utf-8")
+def test_the_page_says_at_its_top_what_it_was_fitted_to(out: Path) -> None:
+    page = (out / "light/report.html").read_text(encoding="utf-8")
+    assert page.index("fitted to this flight, not calibrated to this pack") < page.index("Vehicle")
 
 
 def test_workers_write_what_one_process_writes(out: Path, tmp_path: Path) -> None:
@@ -108,6 +126,9 @@ def test_no_real_log_makes_the_program_fail_in_a_way_it_does_not_name(tmp_path: 
     results = list(tmp_path.glob("*/result.json"))
     assert len(results) >= 10
     for path in results:
-        replay = json.loads(path.read_text(encoding="utf-8"))["replay"]
+        result = json.loads(path.read_text(encoding="utf-8"))
+        replay, fit = result["replay"], result["pack"]["fit"]
         assert replay["status"]
+        assert (fit is None) == bool(result["pack"]["fit_refusal"])
+        assert fit is None or fit["rmse_mv"]["after"] < fit["rmse_mv"]["before"]
         assert replay["voltage_rmse_mv"] is None or replay["voltage_rmse_mv"] > 0

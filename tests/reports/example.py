@@ -1,5 +1,6 @@
 """A small flight made by hand, complete enough to fill every section of a page."""
 
+from dataclasses import replace
 from datetime import UTC, datetime
 
 import numpy as np
@@ -7,11 +8,15 @@ import numpy as np
 from flightlogs.errors import LogWarning
 from flightlogs.log import FlightLog, Interval, Vehicle
 from flightlogs.recording import ClockFit, Recording
-from reports.flight import FlightReport, Gaps, PackUse, Provenance
+from reports.flight import Fitting, FlightReport, Gaps, PackUse, Provenance
 from segment.profile import Fidelity, PeriodicProfile, TooLittle
 from segment.segment import Basis, LoadStatistics, Motion, Segment
+from twin.builtin import load_cell
+from twin.calibrate.answer import Estimate, Verdict
+from twin.calibrate.flight import FlightFit
 from twin.effects import Mechanics, SelfHeating
 from twin.load import Load
+from twin.pack import Pack
 from twin.replay import Replay
 from twin.solution import LithiumAudit, Solution, Status
 
@@ -170,6 +175,8 @@ def pack() -> PackUse:
         parallel=1,
         capacity_C=2.2 * 3600,
         capacity_known=True,
+        soc_known=True,
+        temperature_known=False,
         serial="77",
         initial_soc=0.95,
         initial_K=298.15,
@@ -179,6 +186,44 @@ def pack() -> PackUse:
         mechanics=Mechanics(),
         origins={"capacity_C": "parameter in the log", "initial_soc": "from the voltage at rest"},
     )
+
+
+def estimate(name: str, value: float, std: float, **changes: object) -> Estimate:
+    fields = {
+        "name": name,
+        "unit": "",
+        "value": value,
+        "std": std,
+        "lower": value - 1.6449 * std,
+        "upper": value + 1.6449 * std,
+        "prior": 1.0,
+        "left_of_prior": 0.1,
+        "verdict": Verdict.IDENTIFIED,
+    }
+    return Estimate(**(fields | changes))  # type: ignore[arg-type]
+
+
+def flight_fit() -> FlightFit:
+    return FlightFit(
+        pack=Pack(cell=load_cell("lipo_2200"), series=4, capacity_C=2.05 * 3600),
+        ambient_K=291.0,
+        estimates=(
+            estimate("initial_soc", 0.964, 0.004, prior=0.95),
+            estimate("capacity_C", 2.05 * 3600, 0.06 * 3600, prior=2.2 * 3600, unit="C"),
+            estimate("series_resistance_ohm", 0.0, 0.002, verdict=Verdict.AT_BOUND, unit="Ohm"),
+            estimate("initial_K", 291.0, 3.0, prior=298.15, unit="K", verdict=Verdict.PARTLY),
+            estimate("heat_transfer_W_m2_K", 12.0, 6.0, prior=12.0, verdict=Verdict.PRIOR),
+            estimate("solid_diffusion", 0.8, 0.2),
+        ),
+        pulse=estimate("pulse_ohm", 0.0412, 0.0007, prior=0.033, unit="Ohm"),
+        held_out_before_V=0.071,
+        held_out_after_V=0.009,
+        independent_samples=210.0,
+    )
+
+
+def fitted_pack() -> PackUse:
+    return replace(pack(), fitting=Fitting(outcome=flight_fit(), before_V=0.0721))
 
 
 def report(
@@ -200,7 +245,7 @@ def report(
         },
         "alignment_refusal": "",
         "gaps": Gaps(count=1, total_s=2.5, longest_s=2.5, charge_C=41.0),
-        "pack": pack(),
+        "pack": fitted_pack(),
         "replay": Replay(
             load=load,
             recorded_V=used.voltage_V,

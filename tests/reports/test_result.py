@@ -9,9 +9,11 @@ import numpy as np
 import pytest
 from pydantic import ValidationError
 
+from reports.flight import Fitting
 from reports.result import Result, schema_text
 from reports.results import result_of
 from tests.reports import example
+from twin.calibrate.flight import NotFitted
 from twin.solution import Status
 
 SHIPPED = (resources.files("reports") / "result.schema.json").read_text(encoding="utf-8")
@@ -21,6 +23,12 @@ REPORTS = {
     "without a sensor": example.report(recording=NO_VOLTAGE, segments=()),
     "ended early": example.report(played=example.solution(Status.ELECTRODE_EMPTY, 50)),
     "ended at once": example.report(played=example.solution(Status.NOT_CONVERGED, 0)),
+    "not fitted": example.report(
+        pack=replace(
+            example.pack(), fitting=Fitting(outcome=NotFitted("it was a hop"), before_V=None)
+        )
+    ),
+    "pack file": example.report(pack=example.pack()),
     "no date": example.report(log=replace(example.log(), start_utc=None)),
 }
 # The contract that other programs rely on, written out by hand.
@@ -41,6 +49,20 @@ MOTION_KEYS = (
 
 def document(which: str) -> dict:
     return json.loads(result_of(REPORTS[which]).model_dump_json())
+
+
+def test_the_fit_is_told_with_the_error_before_and_after() -> None:
+    pack = document("whole")["pack"]
+    assert pack["fit"]["rmse_mv"]["before"] == pytest.approx(72.1)
+    assert pack["fit"]["rmse_mv"]["after"] == document("whole")["replay"]["voltage_rmse_mv"]
+    assert pack["fit"]["rmse_mv"]["holdout_after"] == pytest.approx(9.0)
+    (capacity,) = (q for q in pack["fit"]["quantities"] if q["name"] == "capacity_C")
+    assert (capacity["value"], capacity["verdict"]) == (pytest.approx(7380.0), "identified")
+    assert pack["fit_refusal"] == ""
+    assert document("not fitted")["pack"]["fit"] is None
+    assert document("not fitted")["pack"]["fit_refusal"] == "it was a hop"
+    assert document("pack file")["pack"]["fit"] is None
+    assert document("pack file")["pack"]["fit_refusal"] == ""
 
 
 def test_the_shipped_schema_is_current() -> None:

@@ -6,17 +6,20 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from reports.flight import Gaps
+from flightlogs.errors import LogWarning
+from reports.flight import Fitting, Gaps
 from reports.section import Section, Severity
 from reports.sections import FLIGHT_SECTIONS
 from reports.sections.alignment import alignment
 from reports.sections.course import course
+from reports.sections.fit import SHOWN, fit
 from reports.sections.motions import motions
 from reports.sections.profiles import profiles
 from reports.sections.quality import quality
 from reports.sections.replay import replay
 from reports.sections.summary import summary
 from tests.reports import example
+from twin.calibrate.flight import NotFitted
 from twin.solution import Status
 
 POOR = example.report(  # next to nothing was logged
@@ -35,6 +38,7 @@ POOR = example.report(  # next to nothing was logged
     segments=(),
     profiles={},
     gaps=Gaps(),
+    pack=example.pack(),
 )
 REPORTS = {"rich": example.report(), "poor": POOR}
 
@@ -69,11 +73,60 @@ def values(section: Section | None) -> dict[str, str]:
 
 
 def test_an_uncalibrated_pack_is_the_first_thing_said() -> None:
-    first = summary(REPORTS["rich"]).notices[0]
+    first = summary(example.report(pack=example.pack())).notices[0]
     assert first.severity is Severity.DOUBT
     assert "not calibrated to this pack" in first.text
     pack = replace(example.pack(), calibrated=True)
     assert not summary(example.report(pack=pack)).notices
+
+
+def test_a_fitted_pack_is_the_first_thing_said_with_what_is_known_of_it() -> None:
+    (first,) = summary(REPORTS["rich"]).notices
+    assert first.code == "fitted_to_this_flight"
+    assert first.severity is Severity.NOTE
+    assert "fitted to this flight, not calibrated to this pack" in first.text
+    assert "from 72 to" in first.text
+    for told in ("96.40 ± 0.40 %", "2.05 ± 0.06 Ah", "41.20 ± 0.70 mΩ"):
+        assert told in first.text
+
+
+def test_a_doubtful_current_makes_the_fit_doubtful() -> None:
+    doubt = LogWarning("current_scale_doubtful", "the voltage falls by 300 mOhm")
+    report = example.report(recording=example.recording(warnings=(doubt,)))
+    first, section = summary(report).notices[0], fit(report)
+    assert first.severity is Severity.DOUBT
+    assert "doubtful, and so are capacity and resistance" in first.text
+    assert section is not None
+    assert "2.20 Ah, the fit finds 2.05 Ah" in section.notices[0].text
+
+
+def test_why_a_flight_was_not_fitted_is_said() -> None:
+    fitting = Fitting(outcome=NotFitted("it was a hop"), before_V=0.1)
+    report = example.report(pack=replace(example.pack(), fitting=fitting))
+    assert "not fitted to this flight either: it was a hop." in summary(report).notices[0].text
+    assert fit(report) is None
+
+
+def test_every_fitted_quantity_has_its_interval_and_what_the_flight_tells_of_it() -> None:
+    section = fit(REPORTS["rich"])
+    assert section is not None
+    rows = {row[0].text: [cell.text for cell in row[1:]] for row in section.tables[0].rows}
+    assert [*rows][:3] == [SHOWN[n].label for n in ("initial_soc", "capacity_C", "pulse_ohm")]
+    assert rows["Capacity"] == [
+        "2.05", "0.06", "1.95 to 2.15", "2.20", "Ah", "told by this flight",
+    ]  # fmt: skip
+    assert rows[SHOWN["initial_K"].label][:2] == ["17.9", "3.0"]
+    assert rows[SHOWN["heat_transfer_W_m2_K"].label][-1].startswith("nothing")
+    assert values(section)["Error of what it was not fitted to"] == "9.0 mV"
+
+
+def test_a_capacity_that_was_not_fitted_is_owned_up_to() -> None:
+    found = example.flight_fit()
+    others = tuple(e for e in found.estimates if e.name != "capacity_C")
+    fitting = Fitting(outcome=replace(found, estimates=others), before_V=None)
+    section = fit(example.report(pack=replace(example.pack(), fitting=fitting)))
+    assert section is not None
+    assert any("capacity was not fitted" in note for note in section.notes)
 
 
 def test_a_simulated_log_is_said_to_be_one() -> None:

@@ -7,12 +7,11 @@ problems (2nd ed., Technical University of Denmark, 2004), algorithm 3.16.
 
 from collections.abc import Iterator
 from dataclasses import dataclass
+from typing import Protocol
 
 import numpy as np
 import numpy.typing as npt
 from scipy.optimize import lsq_linear
-
-from twin.calibrate.objective import Problem
 
 FloatArray = npt.NDArray[np.float64]
 
@@ -21,6 +20,23 @@ SMALL_STEP = 1e-3  # standard deviations of the prior, of the whole step
 SMALL_GAIN = 1e-5  # of the cost, and of a half: what noise makes of one residual
 MOST_DAMPING = 1e12
 MOST_STEPS = 60
+
+
+class LeastSquares(Protocol):
+    """Residuals r (n,) of coordinates q (k,) within bounds."""
+
+    @property
+    def bounds(self) -> tuple[FloatArray, FloatArray]:
+        """(k,) least and largest coordinates."""
+        ...
+
+    def linearised(self, q: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Residuals (n,) and their derivative (n, k)."""
+        ...
+
+    def cost(self, q: FloatArray) -> float:
+        """Half the sum of squares of the residuals."""
+        ...
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -39,17 +55,22 @@ class Polished:
 
 
 def polish(
-    problem: Problem, start: FloatArray, *, most_steps: int = MOST_STEPS
+    problem: LeastSquares,
+    start: FloatArray,
+    *,
+    most_steps: int = MOST_STEPS,
+    first_damping: float = FIRST_DAMPING,
 ) -> Iterator[Polished]:
     """Ever better points, the last one the least squares near `start` (k,).
 
-    The first is `start` itself, within bounds; Infeasible if no cell has its values.
+    The first is `start` itself, within bounds; Infeasible if no cell has its values. From a start
+    that is near, a small `first_damping` saves steps.
     """
     low, high = problem.bounds
     q = np.clip(start, low, high)
     residuals, slopes = problem.linearised(q)
     cost = 0.5 * float(residuals @ residuals)
-    damping, grow = FIRST_DAMPING * float((slopes**2).sum(axis=0).max()), 2.0
+    damping, grow = first_damping * float((slopes**2).sum(axis=0).max()), 2.0
     yield Polished(q, cost, 0)
     for step in range(1, most_steps + 1):
         change = _step(residuals, slopes, damping, (low - q, high - q))

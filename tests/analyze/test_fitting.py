@@ -1,0 +1,116 @@
+"""What the log's doubts make of a fit, and that a pack which is no better is not taken."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from analyze import fitting
+from analyze.pack_choice import cell_of
+from analyze.replaying import replay
+from analyze.start import pack_use
+from flightlogs.errors import LogWarning
+from flightlogs.recording import Recording
+from reports.flight import PackUse
+from tests.reports import example
+from twin.calibrate.flight import FlightFit, NotFitted
+from twin.calibrate.flight_problem import Flown, Known
+from twin.effects import SelfHeating
+from twin.pack import Pack
+
+CELL, _ = cell_of("lipo_2200")
+
+
+class Fit:
+    """Stands in for `fit_flight`, and remembers what it was told."""
+
+    def __init__(self, **changes: object) -> None:
+        self.changes = changes
+        self.known: Known | None = None
+
+    def __call__(self, pack: Pack, flown: Flown, known: Known) -> FlightFit:
+        self.known = known
+        changed = replace(pack, **({"initial_soc": 0.8} | self.changes))
+        return replace(example.flight_fit(), pack=changed, ambient_K=flown.load.ambient_K)
+
+
+def fitted(
+    monkeypatch: pytest.MonkeyPatch, fit: Fit, recording: Recording
+) -> tuple[PackUse, PackUse]:
+    """The pack before and after."""
+    monkeypatch.setattr(fitting, "fit_flight", fit)
+    use = pack_use(recording, None, CELL, builtin=True)
+    return use, fitting.fitted(recording, use, CELL, replay(recording, use, CELL))[0]
+
+
+def answering(soc: float, **changes: object) -> Recording:
+    """A flight whose voltage is that of the twin at this state of charge."""
+    use = replace(pack_use(example.recording(), None, CELL, builtin=True), initial_soc=soc)
+    voltage = replay(example.recording(), use, CELL).solution.voltage_V
+    return example.recording(voltage_V=voltage, **changes)
+
+
+@pytest.mark.parametrize(
+    ("changes", "expected"),
+    [
+        ({}, {}),
+        ({"warnings": (LogWarning("current_scale_doubtful", ""),)}, {"scale": False}),
+        ({"warnings": (LogWarning("coulomb_mismatch", ""),)}, {"charge": False}),
+        ({"capacity_C": None}, {"capacity": False}),
+        ({"temperature_K": np.full(example.T.size, 285.0)}, {"temperature": True}),
+        ({"in_air": example.T >= 0, "resistance_ohm": None}, {"soc": False}),
+    ],
+)
+def test_what_is_doubtful_reaches_the_fit(
+    monkeypatch: pytest.MonkeyPatch, changes: dict, expected: dict
+) -> None:
+    fit = Fit()
+    fitted(monkeypatch, fit, answering(0.8, **changes))
+    usual = {"soc": True, "capacity": True, "temperature": False, "scale": True, "charge": True}
+    assert fit.known == Known(**(usual | expected))
+
+
+def test_charge_in_long_gaps_is_no_measured_charge(monkeypatch: pytest.MonkeyPatch) -> None:
+    whole, fit = answering(0.8), Fit()
+    kept = (example.T < 20) | (example.T > 26)
+    cut = {
+        name: getattr(whole, name)[kept]
+        for name in (
+            "time_s", "current_A", "voltage_V", "velocity_m_s", "velocity_setpoint_m_s", "in_air",
+        )
+    }  # fmt: skip
+    fitted(monkeypatch, fit, example.recording(**cut))
+    assert fit.known is not None
+    assert not fit.known.charge
+
+
+def test_the_fitted_numbers_are_used_and_their_origin_is_told(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    warm = (SelfHeating(heat_transfer_W_m2_K=20.0),)
+    before, after = fitted(monkeypatch, Fit(effects=warm), answering(0.8))
+    assert after.fit is not None
+    assert after.initial_soc == 0.8
+    assert after.heat_transfer_W_m2_K == 20.0
+    assert after.effects == warm
+    was = f"before {100 * before.initial_soc:.1f} %, from the voltage at rest"
+    assert after.origins["initial_soc"].startswith(f"fitted to this flight, ± 0.4 %; {was}")
+    # this one was not told by the flight
+    assert after.origins["heat_transfer_W_m2_K"] == before.origins["heat_transfer_W_m2_K"]
+
+
+def test_a_worse_replay_is_not_taken(monkeypatch: pytest.MonkeyPatch) -> None:
+    before, after = fitted(monkeypatch, Fit(initial_soc=0.3), answering(0.8))
+    assert after.fit is None
+    assert after.fitting is not None
+    assert isinstance(after.fitting.outcome, NotFitted)
+    assert replace(after, fitting=None) == before
+
+
+def test_a_simulators_battery_is_not_fitted(monkeypatch: pytest.MonkeyPatch) -> None:
+    fit = Fit()
+    simulated = answering(0.8, warnings=(LogWarning("simulated_log", ""),))
+    _, after = fitted(monkeypatch, fit, simulated)
+    assert fit.known is None
+    assert after.fitting is not None
+    assert after.fitting.outcome == NotFitted("its battery is a simulator's formula")
