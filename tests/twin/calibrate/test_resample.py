@@ -8,7 +8,7 @@ import pytest
 from tests.twin.calibrate.synthetic import PROTOCOLS, cell_pack, empty_tests
 from twin.calibrate.objective import Problem
 from twin.calibrate.reference import ReferenceTest
-from twin.calibrate.resample import local_means, noise_of, phases, sampled
+from twin.calibrate.resample import local_means, noise_of, sampled
 from twin.calibrate.run import problem_of
 from twin.load import Between
 
@@ -24,11 +24,6 @@ def of(name: str) -> tuple[Problem, ReferenceTest]:
     stop = int(np.argmax(over)) if over.any() else voltage_V.size
     cut = {n: getattr(test, n)[:stop] for n in ("time_s", "current_A", "voltage_V")}
     return problem, replace(test, **cut)
-
-
-def test_phases_begin_where_the_current_changes() -> None:
-    current = np.array([0, 0, 2, 2.001, 1.999, 2, -1, -1, 0, 0, 0.0])
-    assert phases(current).tolist() == [0, 2, 6, 8]
 
 
 @pytest.mark.parametrize("name", PROTOCOLS)
