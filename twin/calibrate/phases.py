@@ -39,7 +39,7 @@ def phases(current_A: FloatArray, voltage_V: FloatArray, *, felt_V: float) -> In
             if abs(now_A - level_A) > max(same_A, noise):
                 starts.append(k - 1 if w == 1 else _change(drawn, max(first, k - 2 * w), k))
                 break
-    return np.array(starts[: -1 if starts[-1] == current_A.size - 1 else None])
+    return np.array(starts)
 
 
 def steady_A(current_A: FloatArray, voltage_V: FloatArray, *, felt_V: float) -> float:

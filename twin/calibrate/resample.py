@@ -30,7 +30,8 @@ FLOOR_V = 1e-3
 outweigh all else."""
 LEAST_NOISE_V = 1e-4
 START_SAMPLES = 5  # of a rest: their mean is the voltage at the start
-RESTED_V, LOADED_V = 5e-3, 0.05  # how well the first samples tell the open-circuit voltage
+RESTED_V = 5e-3  # how well the first samples of a rest tell the open-circuit voltage
+LOADED_V = 0.1  # about what a cell loses at once at 1C: as much is unknown where a test starts so
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -99,12 +100,17 @@ def sampled(test: ReferenceTest, capacity_C: float) -> Sampled:
         at=np.searchsorted(time_s, test.time_s[index]),
         voltage_V=voltage_V,
         count=count,
-        sigma_V=np.sqrt(noise_V**2 / count + FLOOR_V**2),
+        sigma_V=expected_V(noise_V, count),
         drawn_C=drawn_C[index],
         noise_V=noise_V,
         start_V=start_V,
         start_sigma_V=start_sigma_V,
     )  # fmt: skip
+
+
+def expected_V(noise_V: float, count: FloatArray) -> FloatArray:
+    """(m,) standard deviation of measured minus simulated, of means of `count` (m,) samples."""
+    return np.sqrt(noise_V**2 / count + FLOOR_V**2)
 
 
 def kept_samples(
@@ -187,8 +193,8 @@ def noise_of(test: ReferenceTest) -> float:
 
 def _start(test: ReferenceTest, bounds: list[int], capacity_C: float) -> tuple[float, float]:
     """About the open-circuit voltage at the start, and its standard deviation."""
-    resting = abs(test.current_A[0]) < 0.01 * capacity_C / 3600
-    if not resting:
-        return float(test.voltage_V[0]), LOADED_V
+    lost_V = LOADED_V * float(test.current_A[0]) * 3600 / capacity_C
+    if abs(lost_V) > 0.01 * LOADED_V:
+        return float(test.voltage_V[0]) + lost_V, RESTED_V + abs(lost_V)
     stop = min(max(bounds[1], 1), START_SAMPLES)
     return float(test.voltage_V[:stop].mean()), RESTED_V

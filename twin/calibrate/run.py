@@ -6,6 +6,7 @@ search of the whole box, and least squares once more from what it found.
 """
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from typing import Protocol
 
@@ -18,10 +19,12 @@ from twin.calibrate.cell_map import Infeasible
 from twin.calibrate.checks import Fitted, fitted, predicted
 from twin.calibrate.information import Information, information
 from twin.calibrate.objective import Problem, labelled_C
+from twin.calibrate.ocp_correction import Correction
+from twin.calibrate.ocp_evidence import demanded
 from twin.calibrate.parameters import EMPTY_ENDS
 from twin.calibrate.polish import Polished, polish
 from twin.calibrate.reference import ReferenceTest, left_unknown
-from twin.calibrate.resample import sampled
+from twin.calibrate.resample import expected_V, sampled
 from twin.calibrate.table import CalibrationError
 from twin.pack import Pack
 
@@ -29,6 +32,7 @@ FloatArray = npt.NDArray[np.float64]
 
 WINDOWS = ("negative.stoichiometry_max", *EMPTY_ENDS, "capacity_C", "series_resistance_ohm")
 SEARCH = "search"
+CORRECTION = "open-circuit curve"
 ADVICE = "further tests worth making"
 STARTS = (0.0, -1.5, 1.5)  # of the first of WINDOWS
 EXPLAINED = 1.3  # mean square of the residuals over what was expected: nothing to search for
@@ -154,7 +158,7 @@ def fit(
         yield best
     assert best is not None
     if search is None or best.cost < EXPLAINED * 0.5 * sum(t.at.size for t in problem.tests):
-        yield from _reweighted(best)
+        yield from _finished(problem, best)
         return
     low, high = problem.bounds
     unit = (best.q - low) / (high - low)
@@ -165,7 +169,49 @@ def fit(
     for polished in _polished(problem, best.q):
         if polished.cost <= best.cost:
             yield (best := polished)
-    yield from _reweighted(best)
+    yield from _finished(problem, best)
+
+
+def _finished(problem: Problem, best: Progress) -> Iterator[Progress]:
+    """Tests of `problem` weighed anew; the open-circuit curve corrected where they demand it."""
+    steps = _reweighted(best)
+    for best in steps:
+        yield best
+    slow = _slowest(problem)
+    found = demanded(best.problem, best.q, slow)
+    if found is None:
+        return
+    trial = None
+    for step in _corrected(best, found, slow):
+        trial = step
+        yield replace(best, stage=CORRECTION)
+    if trial is not None and _others(best, trial, slow):
+        yield replace(trial, stage=CORRECTION)
+
+
+def _corrected(best: Progress, found: Correction, slow: int) -> Iterator[Progress]:
+    """Least squares from `best` on with another open-circuit curve; nothing if no cell has it.
+
+    The slow test weighs as much more as the correction is expected to leave less of it.
+    """
+    tests = list(best.problem.tests)
+    own = tests[slow]
+    least_V = expected_V(own.noise_V, own.count)
+    share = found.corrected_rms_V / found.rms_V
+    tests[slow] = replace(own, sigma_V=np.maximum(share * own.sigma_V, least_V))
+    with suppress(Infeasible):
+        yield from _polished(best.problem.corrected(found).of_other_tests(tests), best.q)
+
+
+def _others(before: Progress, after: Progress, slow: int) -> bool:
+    """All tests but the slow one, which a correction was not fitted to, are not followed worse."""
+    parts = np.cumsum([0, *(t.at.size for t in before.problem.tests)])
+    judged = after.problem.of_other_tests(before.problem.tests)  # by the same weights
+    squares = [
+        np.delete(p.residuals(q)[: parts[-1]], slice(parts[slow], parts[slow + 1])) ** 2
+        for p, q in ((before.problem, before.q), (judged, after.q))
+    ]
+    return bool(squares[1].sum() <= squares[0].sum())
 
 
 def _reweighted(best: Progress) -> Iterator[Progress]:
@@ -196,6 +242,7 @@ def conclusions(
     told = answer(problem, q)
     others = tuple(f"{t.name} predicted from the other tests" for t in tests if len(tests) > 1)
     remarks = [f"{t.name}: {r}" for t in tests for r in t.remarks]
+    remarks += [str(problem.correction)] if problem.correction else []
     found = Calibration(
         problem=problem,
         q=q,
