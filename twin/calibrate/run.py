@@ -2,11 +2,11 @@
 
 First the stoichiometry windows and the capacity from the slowest test, which shows little else;
 then all parameters by least squares from there. Where that leaves more than the noise explains, a
-search of the whole box, and least squares once more from what it found.
+search of the whole box, and least squares once more from what it found. Last, where the slow test
+demands it and all agree, a correction of the open-circuit curve.
 """
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from contextlib import suppress
 from dataclasses import dataclass, replace
 from typing import Protocol
 
@@ -19,12 +19,11 @@ from twin.calibrate.cell_map import Infeasible
 from twin.calibrate.checks import Fitted, fitted, predicted
 from twin.calibrate.information import Information, information
 from twin.calibrate.objective import Problem, labelled_C
-from twin.calibrate.ocp_correction import Correction
 from twin.calibrate.ocp_evidence import demanded
 from twin.calibrate.parameters import EMPTY_ENDS
 from twin.calibrate.polish import Polished, polish
 from twin.calibrate.reference import ReferenceTest, left_unknown
-from twin.calibrate.resample import expected_V, sampled
+from twin.calibrate.resample import sampled
 from twin.calibrate.table import CalibrationError
 from twin.pack import Pack
 
@@ -158,7 +157,7 @@ def fit(
         yield best
     assert best is not None
     if search is None or best.cost < EXPLAINED * 0.5 * sum(t.at.size for t in problem.tests):
-        yield from _finished(problem, best)
+        yield from _finished(best)
         return
     low, high = problem.bounds
     unit = (best.q - low) / (high - low)
@@ -169,49 +168,34 @@ def fit(
     for polished in _polished(problem, best.q):
         if polished.cost <= best.cost:
             yield (best := polished)
-    yield from _finished(problem, best)
+    yield from _finished(best)
 
 
-def _finished(problem: Problem, best: Progress) -> Iterator[Progress]:
-    """Tests of `problem` weighed anew; the open-circuit curve corrected where they demand it."""
+def _finished(best: Progress) -> Iterator[Progress]:
+    """Tests weighed anew; then the open-circuit curve corrected, where they demand it.
+
+    All else stays as it was fitted without the correction: losses that are fitted once more, to
+    tests that say little about them, follow what it leaves. It is kept if the tests together are
+    followed better with it.
+    """
     steps = _reweighted(best)
     for best in steps:
         yield best
-    slow = _slowest(problem)
-    found = demanded(best.problem, best.q, slow)
-    if found is None:
-        return
-    trial = None
-    for step in _corrected(best, found, slow):
-        trial = step
-        yield replace(best, stage=CORRECTION)
-    if trial is not None and _others(best, trial, slow):
-        yield replace(trial, stage=CORRECTION)
+    found = demanded(best.problem, best.q, _slowest(best.problem))
+    if found is not None:
+        whole = best.problem.corrected(found)
+        trial = _progress(whole, CORRECTION, best.q, whole.cost(best.q))
+        better = _mean_square_V2(trial) < _mean_square_V2(best)
+        yield trial if better else replace(best, stage=CORRECTION)
 
 
-def _corrected(best: Progress, found: Correction, slow: int) -> Iterator[Progress]:
-    """Least squares from `best` on with another open-circuit curve; nothing if no cell has it.
-
-    The slow test weighs as much more as the correction is expected to leave less of it.
-    """
-    tests = list(best.problem.tests)
-    own = tests[slow]
-    least_V = expected_V(own.noise_V, own.count)
-    share = found.corrected_rms_V / found.rms_V
-    tests[slow] = replace(own, sigma_V=np.maximum(share * own.sigma_V, least_V))
-    with suppress(Infeasible):
-        yield from _polished(best.problem.corrected(found).of_other_tests(tests), best.q)
-
-
-def _others(before: Progress, after: Progress, slow: int) -> bool:
-    """All tests but the slow one, which a correction was not fitted to, are not followed worse."""
-    parts = np.cumsum([0, *(t.at.size for t in before.problem.tests)])
-    judged = after.problem.of_other_tests(before.problem.tests)  # by the same weights
-    squares = [
-        np.delete(p.residuals(q)[: parts[-1]], slice(parts[slow], parts[slow + 1])) ** 2
-        for p, q in ((before.problem, before.q), (judged, after.q))
-    ]
-    return bool(squares[1].sum() <= squares[0].sum())
+def _mean_square_V2(at: Progress) -> float:
+    """Of measured minus simulated, all tests counting alike."""
+    tests, residuals = at.problem.tests, at.problem.residuals(at.q)
+    stops = np.cumsum([t.at.size for t in tests])
+    parts = np.split(residuals[: stops[-1]], stops[:-1])
+    squares = [np.mean((r * t.sigma_V) ** 2) for t, r in zip(tests, parts, strict=True)]
+    return float(np.mean(squares))
 
 
 def _reweighted(best: Progress) -> Iterator[Progress]:
