@@ -14,7 +14,7 @@ import numpy.typing as npt
 from twin.calibrate.answer import correlation_time
 from twin.calibrate.objective import Problem
 from twin.calibrate.ocp_correction import Correction, bumps
-from twin.calibrate.resample import Sampled, expected_V
+from twin.calibrate.resample import expected_V
 
 FloatArray = npt.NDArray[np.float64]
 
@@ -23,14 +23,16 @@ BUMP_V = 0.01  # standard deviation of the prior of a height
 MOST_V = 0.05  # of a height
 STRONG = 10.0  # gain from which the evidence counts as very strong (Kass and Raftery, 1995)
 LEAST_V = 2e-3  # rms of a correction: drift of a sensor over hours looks like a smaller one
+WHOLE_TEST = 0.5  # of the capacity: a test that draws less shows too little of the curve
 SLOW_PER_H = 0.25  # of the capacity: a faster discharge does not tell a potential from losses
 
 
-def demanded(problem: Problem, q: FloatArray, slow: int) -> Correction | None:
-    """By what the fit `q` (k,) leaves of the test number `slow`; None if nothing is."""
-    test = problem.tests[slow]
-    if not slow_enough(test, problem.nominal_C):
+def demanded(problem: Problem, q: FloatArray) -> Correction | None:
+    """By what the fit `q` (k,) leaves of the slowest test; None if nothing is, or none is slow."""
+    slow = slow_discharge(problem)
+    if slow is None:
         return None
+    test = problem.tests[slow]
     numbers = problem.mapped(q, slow).numbers
     capacity_C = dict(zip((p.name for p in problem.table), problem.values(q), strict=True))[
         "capacity_C"
@@ -42,10 +44,17 @@ def demanded(problem: Problem, q: FloatArray, slow: int) -> Correction | None:
     return correction_of(test.name, empty + soc * (full - empty), residual_V, noise_V)
 
 
-def slow_enough(test: Sampled, nominal_C: float) -> bool:
-    """Its voltage is about that of the open circuit."""
-    per_h = 3600 * float(np.ptp(test.drawn_C)) / float(test.load.time_s[-1]) / nominal_C
-    return per_h < SLOW_PER_H
+def slow_discharge(problem: Problem) -> int | None:
+    """Position of the test with the least current throughout, of those that draw most charge."""
+    most_A = [float(np.abs(t.load.current_A).max()) for t in problem.tests]
+    spans_C = [float(np.ptp(t.drawn_C)) for t in problem.tests]
+    slow = [
+        k
+        for k, (current_A, span_C) in enumerate(zip(most_A, spans_C, strict=True))
+        if 3600 * current_A < SLOW_PER_H * problem.nominal_C
+        and span_C > WHOLE_TEST * problem.nominal_C
+    ]
+    return min(slow, key=lambda k: most_A[k], default=None)
 
 
 def correction_of(

@@ -181,7 +181,7 @@ def _finished(best: Progress) -> Iterator[Progress]:
     steps = _reweighted(best)
     for best in steps:
         yield best
-    found = demanded(best.problem, best.q, _slowest(best.problem))
+    found = demanded(best.problem, best.q)
     if found is not None:
         whole = best.problem.corrected(found)
         trial = _progress(whole, CORRECTION, best.q, whole.cost(best.q))

@@ -10,13 +10,13 @@ import numpy as np
 import numpy.typing as npt
 import pytest
 
-from tests.twin.calibrate.synthetic import cell_pack, measured
+from tests.twin.calibrate.synthetic import cell_pack, empty_tests, measured
 from twin.bpx_file import open_circuit_V, read_bpx
 from twin.bpx_function import Constant, Expression, Table
 from twin.bpx_out import plus, write_bpx
 from twin.builtin import load_cell
 from twin.calibrate.ocp_correction import Correction
-from twin.calibrate.ocp_evidence import correction_of
+from twin.calibrate.ocp_evidence import correction_of, slow_discharge
 from twin.calibrate.run import Progress, fit, problem_of
 from twin.cell import Function
 
@@ -54,6 +54,14 @@ def test_what_is_concealed_in_the_potential_is_found(seed: int) -> None:
 @pytest.mark.parametrize("colour", [0.0, 0.9])
 def test_noise_demands_no_correction(colour: float) -> None:
     assert not any(of_residual(seed, bump=False, colour=colour) for seed in range(20))
+
+
+def test_a_test_with_pulses_is_no_slow_discharge_however_long_it_rests() -> None:
+    pack = cell_pack()
+    tests = empty_tests(pack)
+    slow = [t.name for t in tests].index("0.1C")
+    assert slow_discharge(problem_of(pack, tests)) == slow
+    assert slow_discharge(problem_of(pack, [t for t in tests if t.name != "0.1C"])) is None
 
 
 @pytest.mark.parametrize(
