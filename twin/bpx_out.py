@@ -3,6 +3,9 @@
 import json
 from typing import Any
 
+import casadi as ca
+import numpy as np
+
 from twin.bpx_function import Constant, Expression, Table
 from twin.cell import Cell, Electrode, Function, Hysteresis
 
@@ -68,6 +71,24 @@ def scaled(function: Function, factor: float) -> Function:
             return Expression(f"{factor!r} * ({text})")
         case Table(x=x, y=y):
             return Table(x, tuple(factor * value for value in y))
+    raise TypeError(f"{function!r}: no function that BPX can write")
+
+
+def plus(function: Function, added: Expression, row_every: float) -> Function:
+    """A function as BPX writes them plus an expression.
+
+    A table has rows at most `row_every` apart: straight lines between them, as other tools draw
+    them, have to follow what is added.
+    """
+    match function:
+        case Constant(value=value):
+            return Expression(f"{value!r} + {added.text}")
+        case Expression(text=text):
+            return Expression(f"({text}) + {added.text}")
+        case Table(x=x):
+            rows = np.union1d(x, np.arange(x[0], x[-1], row_every))
+            sums = ca.evalf(function(ca.SX(rows)) + added(ca.SX(rows)))
+            return Table(tuple(rows.tolist()), tuple(sums.full().ravel().tolist()))
     raise TypeError(f"{function!r}: no function that BPX can write")
 
 

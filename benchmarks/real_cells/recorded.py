@@ -16,6 +16,7 @@ from twin.pack import Pack
 FloatArray = npt.NDArray[np.float64]
 
 SHARED = Path(__file__).parents[3] / "shared"
+RESTED_S = 900.0  # without a current: at rest
 TICK_S = 1e-3  # between two samples with one time stamp: before and after a step
 BEYOND_V = 0.5  # a replay goes on so far beyond the cut-offs, to be judged by its voltage
 
@@ -91,6 +92,23 @@ def discharge_of(test: RealTest) -> RealTest:
     start = int(np.argmax(flows))
     ended = np.flatnonzero(~flows[start:])
     return test.part(slice(0, start + int(ended[0]) if ended.size else None))
+
+
+def recorded_parts(test: RealTest) -> tuple[RealTest, ...]:
+    """Its stretches with a voltage that begin after a rest, or with the test.
+
+    Those of a test with gaps have a number in their name.
+    """
+    there = np.isfinite(test.voltage_V)
+    edges = np.flatnonzero(np.diff(there.astype(int), prepend=0, append=0)).reshape(-1, 2)
+    if len(edges) == 1:
+        return (test.part(slice(*edges[0])),)
+    before_C = test.drawn_C - np.interp(test.time_s - RESTED_S, test.time_s, test.drawn_C)
+    rested = [(a, b) for a, b in edges.tolist() if before_C[a] == 0.0]
+    return tuple(
+        replace(test.part(slice(a, b)), name=f"{test.name}, {k}")
+        for k, (a, b) in enumerate(rested, start=1)
+    )
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)

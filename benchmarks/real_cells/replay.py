@@ -89,6 +89,12 @@ class Errors:
     mean: float
     covered: float
 
+    @property
+    def of_all(self) -> float:
+        """`rms`, samples that were not reached counting as BEYOND_V of error."""
+        lost = (1e3 * BEYOND_V) ** 2
+        return float(np.sqrt(self.covered * self.rms**2 + (1 - self.covered) * lost))
+
 
 def errors(answer_V: FloatArray, test: RealTest, series: int = 1) -> Errors:
     """Of an answer at the first m samples of a test."""
@@ -112,15 +118,11 @@ def fitted_shift(cell: RealCell) -> float:
     """Of the start of charge, one for all tests, with the least mean error of the fit tests.
 
     Charged to the same voltage, a cell does not hold what its parameter set calls 100 %; whoever
-    uses the set mends that first. Samples that were not reached count as BEYOND_V of error.
+    uses the set mends that first.
     """
 
     def misfit_mV(shift: float) -> float:
-        each = [baseline_errors(cell, test, shift) for test in cell.fit]
-        lost = (1e3 * BEYOND_V) ** 2
-        return float(
-            np.mean([np.sqrt(e.covered * e.rms**2 + (1 - e.covered) * lost) for e in each])
-        )
+        return float(np.mean([baseline_errors(cell, test, shift).of_all for test in cell.fit]))
 
     best = minimize_scalar(misfit_mV, bounds=SHIFTS, method="bounded", options={"xatol": 1e-3})
     return float(best.x) if best.fun < misfit_mV(0.0) else 0.0

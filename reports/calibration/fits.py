@@ -11,7 +11,8 @@ from reports.plots import COMMANDED, MEASURED, SIMULATED, decimate, legend, to_s
 from reports.quantity import ampere_hours, fixed, significant
 from reports.section import Cell, Column, Figure, Notice, Section, Severity, Table
 from twin.calibrate.checks import Fitted
-from twin.calibrate.resample import Sampled, phases
+from twin.calibrate.phases import phases
+from twin.calibrate.resample import FLOOR_V, Sampled
 from twin.load import Between
 
 if TYPE_CHECKING:
@@ -124,7 +125,7 @@ def _draw(
 
 def busiest(f: Fitted) -> tuple[float, float] | None:
     """The short stretch [s] in which the current changes most often; None if it hardly does."""
-    changed_s = f.time_s[phases(f.current_A)]
+    changed_s = f.time_s[phases(f.current_A, f.measured_V, felt_V=FLOOR_V)]
     width_s = DETAIL * float(f.time_s[-1])
     within = np.searchsorted(changed_s, changed_s + width_s) - np.arange(changed_s.size)
     first = int(np.argmax(within))

@@ -7,7 +7,14 @@ import pytest
 
 from benchmarks.real_cells import panasonic
 from benchmarks.real_cells.__main__ import CELLS
-from benchmarks.real_cells.recorded import NotHere, RealCell, RealTest, discharge_of, on_one_clock
+from benchmarks.real_cells.recorded import (
+    NotHere,
+    RealCell,
+    RealTest,
+    discharge_of,
+    on_one_clock,
+    recorded_parts,
+)
 from benchmarks.real_cells.replay import answer, errors, held_C
 from twin.builtin import load_cell
 from twin.pack import Pack
@@ -42,6 +49,18 @@ def test_errors_are_per_cell_and_only_where_it_was_measured() -> None:
     assert found.rms == pytest.approx(10.0)
     assert found.mean == pytest.approx(10.0)
     assert found.covered == 0.75
+    assert found.of_all == pytest.approx((0.75 * 10.0**2 + 0.25 * 500.0**2) ** 0.5)
+
+
+def test_parts_with_a_voltage_begin_after_a_rest() -> None:
+    """A gap that ends in a rest, and one that hides a discharge up to its end."""
+    time_s = [0.0, 1.0, 2.0, 3.0, 2000.0, 2001.0, 2002.0, 2100.0, 2101.0]
+    test = recorded(time_s, [0.0, 1.0, 1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0])
+    assert [p.name for p in recorded_parts(test)] == ["test"]
+    test.voltage_V[[3, 6]] = np.nan
+    parts = recorded_parts(test)
+    assert [p.name for p in parts] == ["test, 1", "test, 2"]
+    assert [p.time_s.tolist() for p in parts] == [[0.0, 1.0, 2.0], [0.0, 1.0]]
 
 
 def test_held_charge_is_what_takes_a_pack_from_full_to_empty() -> None:

@@ -12,6 +12,7 @@ import numpy as np
 import numpy.typing as npt
 
 from twin.calibrate.cell_map import FILLERS, SIDES, START_V, CellMap, Infeasible, Mapped
+from twin.calibrate.ocp_correction import Correction
 from twin.calibrate.parameters import FILLER_STD, Parameter, cell_table, start_parameters
 from twin.calibrate.reference import ReferenceTest
 from twin.calibrate.resample import Sampled
@@ -60,14 +61,16 @@ class Problem:
         tests: what was measured.
         table: all parameters of the cell, then the start of each test.
         free: (k,) positions in `table` of those that are free; the others stay at their mean.
+        correction: of the open-circuit curve that is in the cell of `pack`; None if there is none.
     """
 
     def __init__(
         self, pack: Pack, tests: Sequence[Sampled], *, only: Sequence[str] | None = None,
-        table: Sequence[Parameter] | None = None,
+        table: Sequence[Parameter] | None = None, correction: Correction | None = None,
     ) -> None:  # fmt: skip
         """`only` names the parameters of the cell that are free, None all; starts are free."""
         self.pack, self.tests = single_cell(pack), tuple(tests)
+        self.correction = correction
         cell = tuple(table) if table is not None else cell_table(self.pack)
         self.table = (*cell, *start_parameters(self.tests, pack))
         self._of_cell = len(cell)
@@ -210,12 +213,25 @@ class Problem:
     def of_other_tests(self, tests: Sequence[Sampled]) -> "Problem":
         """The same cell and free parameters; starts as `tests` have them."""
         names = [p.name for p in self.parameters if not p.name.startswith(START_V)]
-        return Problem(self.pack, tests, only=names, table=self.table[: self._of_cell])
+        return self._of(self.pack, tests, names, self.correction)
 
     def with_only(self, names: Sequence[str], tests: Sequence[int]) -> "Problem":
         """The same with fewer free parameters of the cell, and some of the tests."""
         chosen = [self.tests[k] for k in tests]
-        return Problem(self.pack, chosen, only=names, table=self.table[: self._of_cell])
+        return self._of(self.pack, chosen, names, self.correction)
+
+    def corrected(self, correction: Correction) -> "Problem":
+        """The same tests and parameters, of the cell with another open-circuit curve."""
+        names = [p.name for p in self.parameters]
+        pack = replace(self.pack, cell=correction.of_cell(self.pack.cell))
+        return self._of(pack, self.tests, names, correction)
+
+    def _of(
+        self, pack: Pack, tests: Sequence[Sampled], only: Sequence[str],
+        correction: Correction | None,
+    ) -> "Problem":  # fmt: skip
+        table = self.table[: self._of_cell]
+        return Problem(pack, tests, only=only, table=table, correction=correction)
 
     def _values_of_cell(self, q: FloatArray) -> FloatArray:
         out = self._means()[: self._of_cell]

@@ -11,6 +11,7 @@ import numpy.typing as npt
 from twin.bpx_out import scaled, write_bpx
 from twin.calibrate.answer import Combination, Estimate
 from twin.calibrate.checks import Fitted
+from twin.calibrate.ocp_correction import Correction
 from twin.calibrate.run import Calibration, values_by_name
 from twin.cell import Cell, Electrode
 from twin.effects import SeriesResistance
@@ -100,6 +101,7 @@ def fit_text(found: Calibration) -> str:
         "advice": [
             {"test": a.name, "gain_nats": a.gain, "helps": dict(a.helps)} for a in found.advice
         ],
+        "ocp_correction": _correction(found.problem.correction),
         "information": {
             "tests": found.information.tests,
             "effect_mV": _by_test(1e3 * found.information.effect_V, found),
@@ -147,6 +149,21 @@ def _test(f: Fitted) -> dict[str, Any]:
         "noise_mV": 1e3 * f.noise_V,
         "rms_by_soc_mV": by_soc,
     }
+
+
+def _correction(c: Correction | None) -> dict[str, Any] | None:
+    if c is None:
+        return None
+    soc, added_V = c.along()
+    return {
+        "electrode": "positive", "test": c.test, "bic_gain": c.gain, "rms_mV": 1e3 * c.rms_V,
+        "corrected_rms_mV": 1e3 * c.corrected_rms_V,
+        "soc": soc[::5].round(3).tolist(), "added_mV": (1e3 * added_V[::5]).round(3).tolist(),
+        "bumps": {
+            "stoichiometry": c.centres, "width": c.width,
+            "height_mV": [1e3 * v for v in c.heights_V], "std_mV": [1e3 * v for v in c.stds_V],
+        },
+    }  # fmt: skip
 
 
 def _mV(value_V: float) -> float | None:

@@ -13,13 +13,13 @@ from itertools import pairwise
 import numpy as np
 import numpy.typing as npt
 
+from twin.calibrate.phases import phases, steady_A
 from twin.calibrate.reference import ReferenceTest
 from twin.load import Between, Load
 
 FloatArray = npt.NDArray[np.float64]
 IntArray = npt.NDArray[np.int64]
 
-SAME_CURRENT = 0.01  # of the largest: a sample that differs by more begins a phase
 GROWTH = 0.15  # distance of kept samples over the time since the current changed
 CHARGE_SHARE = 2e-3  # of the capacity: most between kept samples
 LONGEST_S = 60.0  # at rest too
@@ -30,7 +30,8 @@ FLOOR_V = 1e-3
 outweigh all else."""
 LEAST_NOISE_V = 1e-4
 START_SAMPLES = 5  # of a rest: their mean is the voltage at the start
-RESTED_V, LOADED_V = 5e-3, 0.05  # how well the first samples tell the open-circuit voltage
+RESTED_V = 5e-3  # how well the first samples of a rest tell the open-circuit voltage
+LOADED_V = 0.1  # about what a cell loses at once at 1C: as much is unknown where a test starts so
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -65,14 +66,15 @@ class Sampled:
 def sampled(test: ReferenceTest, capacity_C: float) -> Sampled:
     """`test` of a cell of about `capacity_C` with few samples that tell as much."""
     noise_V = max(noise_of(test), LEAST_NOISE_V)
-    cuts = phases(test.current_A) if test.between is Between.HOLD else np.array([0])
+    held = test.between is Between.HOLD
+    cuts = phases(test.current_A, test.voltage_V, felt_V=FLOOR_V) if held else np.array([0])
     bounds = [*cuts.tolist(), test.time_s.size - 1]
     drawn_C = test.drawn_C()
     nodes: list[IntArray] = []
     times: list[FloatArray] = []
     currents: list[FloatArray] = []
     for a, b in pairwise(bounds):
-        if test.between is Between.HOLD:
+        if held:
             mean_A = (drawn_C[b] - drawn_C[a]) / (test.time_s[b] - test.time_s[a])
             kept = kept_samples(test, a, b, capacity_C, mean_A)
             fine_s = with_steps(test.time_s[kept], test.time_s[b])
@@ -93,12 +95,12 @@ def sampled(test: ReferenceTest, capacity_C: float) -> Sampled:
         name=test.name,
         load=Load(
             time_s=time_s, current_A=current_A, between=test.between, ambient_K=test.ambient_K,
-            longest_step_s=LONGEST_S if test.between is Between.HOLD else 1.0,
+            longest_step_s=LONGEST_S if held else 1.0,
         ),
         at=np.searchsorted(time_s, test.time_s[index]),
         voltage_V=voltage_V,
         count=count,
-        sigma_V=np.sqrt(noise_V**2 / count + FLOOR_V**2),
+        sigma_V=expected_V(noise_V, count),
         drawn_C=drawn_C[index],
         noise_V=noise_V,
         start_V=start_V,
@@ -106,15 +108,9 @@ def sampled(test: ReferenceTest, capacity_C: float) -> Sampled:
     )  # fmt: skip
 
 
-def phases(current_A: FloatArray) -> IntArray:
-    """First sample of each stretch of constant current; a last one of its own is none."""
-    tolerance_A = SAME_CURRENT * float(np.abs(current_A).max())
-    starts, first_A = [0], float(current_A[0])
-    for k, value in enumerate(current_A[:-1].tolist()):
-        if abs(value - first_A) > tolerance_A:
-            starts.append(k)
-            first_A = value
-    return np.array(starts)
+def expected_V(noise_V: float, count: FloatArray) -> FloatArray:
+    """(m,) standard deviation of measured minus simulated, of means of `count` (m,) samples."""
+    return np.sqrt(noise_V**2 / count + FLOOR_V**2)
 
 
 def kept_samples(
@@ -186,7 +182,8 @@ def noise_of(test: ReferenceTest) -> float:
 
     Their median, which a few jumps do not move; what is smooth cancels.
     """
-    steady = np.abs(np.diff(test.current_A)) <= SAME_CURRENT * np.abs(test.current_A).max()
+    least_A = steady_A(test.current_A, test.voltage_V, felt_V=FLOOR_V)
+    steady = np.abs(np.diff(test.current_A)) <= least_A
     quiet = steady[:-2] & steady[1:-1] & steady[2:]
     third = np.abs(np.diff(test.voltage_V, n=3))[quiet]
     if third.size == 0:
@@ -196,8 +193,8 @@ def noise_of(test: ReferenceTest) -> float:
 
 def _start(test: ReferenceTest, bounds: list[int], capacity_C: float) -> tuple[float, float]:
     """About the open-circuit voltage at the start, and its standard deviation."""
-    resting = abs(test.current_A[0]) < 0.01 * capacity_C / 3600
-    if not resting:
-        return float(test.voltage_V[0]), LOADED_V
+    lost_V = LOADED_V * float(test.current_A[0]) * 3600 / capacity_C
+    if abs(lost_V) > 0.01 * LOADED_V:
+        return float(test.voltage_V[0]) + lost_V, RESTED_V + abs(lost_V)
     stop = min(max(bounds[1], 1), START_SAMPLES)
     return float(test.voltage_V[:stop].mean()), RESTED_V

@@ -2,7 +2,8 @@
 
 First the stoichiometry windows and the capacity from the slowest test, which shows little else;
 then all parameters by least squares from there. Where that leaves more than the noise explains, a
-search of the whole box, and least squares once more from what it found.
+search of the whole box, and least squares once more from what it found. Last, where the slow test
+demands it and all agree, a correction of the open-circuit curve.
 """
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
@@ -18,6 +19,7 @@ from twin.calibrate.cell_map import Infeasible
 from twin.calibrate.checks import Fitted, fitted, predicted
 from twin.calibrate.information import Information, information
 from twin.calibrate.objective import Problem, labelled_C
+from twin.calibrate.ocp_evidence import demanded
 from twin.calibrate.parameters import EMPTY_ENDS
 from twin.calibrate.polish import Polished, polish
 from twin.calibrate.reference import ReferenceTest, left_unknown
@@ -29,6 +31,7 @@ FloatArray = npt.NDArray[np.float64]
 
 WINDOWS = ("negative.stoichiometry_max", *EMPTY_ENDS, "capacity_C", "series_resistance_ohm")
 SEARCH = "search"
+CORRECTION = "open-circuit curve"
 ADVICE = "further tests worth making"
 STARTS = (0.0, -1.5, 1.5)  # of the first of WINDOWS
 EXPLAINED = 1.3  # mean square of the residuals over what was expected: nothing to search for
@@ -154,7 +157,7 @@ def fit(
         yield best
     assert best is not None
     if search is None or best.cost < EXPLAINED * 0.5 * sum(t.at.size for t in problem.tests):
-        yield from _reweighted(best)
+        yield from _finished(best)
         return
     low, high = problem.bounds
     unit = (best.q - low) / (high - low)
@@ -165,7 +168,34 @@ def fit(
     for polished in _polished(problem, best.q):
         if polished.cost <= best.cost:
             yield (best := polished)
-    yield from _reweighted(best)
+    yield from _finished(best)
+
+
+def _finished(best: Progress) -> Iterator[Progress]:
+    """Tests weighed anew; then the open-circuit curve corrected, where they demand it.
+
+    All else stays as it was fitted without the correction: losses that are fitted once more, to
+    tests that say little about them, follow what it leaves. It is kept if the tests together are
+    followed better with it.
+    """
+    steps = _reweighted(best)
+    for best in steps:
+        yield best
+    found = demanded(best.problem, best.q)
+    if found is not None:
+        whole = best.problem.corrected(found)
+        trial = _progress(whole, CORRECTION, best.q, whole.cost(best.q))
+        better = _mean_square_V2(trial) < _mean_square_V2(best)
+        yield trial if better else replace(best, stage=CORRECTION)
+
+
+def _mean_square_V2(at: Progress) -> float:
+    """Of measured minus simulated, all tests counting alike."""
+    tests, residuals = at.problem.tests, at.problem.residuals(at.q)
+    stops = np.cumsum([t.at.size for t in tests])
+    parts = np.split(residuals[: stops[-1]], stops[:-1])
+    squares = [np.mean((r * t.sigma_V) ** 2) for t, r in zip(tests, parts, strict=True)]
+    return float(np.mean(squares))
 
 
 def _reweighted(best: Progress) -> Iterator[Progress]:
@@ -196,6 +226,7 @@ def conclusions(
     told = answer(problem, q)
     others = tuple(f"{t.name} predicted from the other tests" for t in tests if len(tests) > 1)
     remarks = [f"{t.name}: {r}" for t in tests for r in t.remarks]
+    remarks += [str(problem.correction)] if problem.correction else []
     found = Calibration(
         problem=problem,
         q=q,

@@ -45,6 +45,10 @@ def _as_test(shown: Fitted) -> ReferenceTest:
     )  # fmt: skip
 
 
+def test_the_right_open_circuit_curve_is_not_corrected() -> None:
+    assert calibrated()[0].problem.correction is None
+
+
 def test_the_fit_reaches_the_noise() -> None:
     for test in calibrated()[0].fitted:
         assert test.rms_V == pytest.approx(2e-3, rel=0.15)  # 600 samples: 3 % for one deviation
