@@ -18,7 +18,8 @@ alone, which are free. Its mesh has `--points` cells in each layer and particle,
 20: 10 take half the time and cost 7 % of the error at the truth. `twin, same numbers` is the twin
 without the radii too.
 
-IRPropPlus is what PyBOP's own example of a DFN uses, with exact sensitivities by IDAKLU;
+IRPropPlus is what PyBOP's own example of a DFN uses (examples/scripts/battery_parameterisation/
+simple_dfn.py of its repository), with exact sensitivities by IDAKLU;
 SciPyMinimize is then L-BFGS-B with the same; CMAES uses no derivatives, and both cores.
 The error is the root mean square of measured minus simulated, weighed as both fits weigh it. An
 evaluation simulates all three tests; those with derivatives are counted apart.

@@ -24,8 +24,8 @@ import pybop
 TABLE = 1500  # entries of an inverse potential
 CLOSE_s = 1e-3  # times of samples that are the same
 SPREADS = {"IRPropPlus": 0.2}
-"""Standard deviations of the priors PyBOP is given, in those of the twin, where not 1: what they
-are, to an optimiser that takes its first step from them."""
+"""Standard deviation of the priors where it is not 1: IRPropPlus takes its first step from it, and
+with 1 leaves at once for the bounds."""
 SIDES = ("negative", "positive")
 
 

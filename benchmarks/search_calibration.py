@@ -1,6 +1,6 @@
 """Search and polish on a calibration: `python -m benchmarks.search_calibration`.
 
-Options: `--seeds 10 --evaluations 400 --first-seed 0`; about 15 min on two quiet cores. A cell is
+Options: `--seeds 10 --evaluations 600 --first-seed 0`; about 15 min on two quiet cores. A cell is
 drawn from the prior and measured by the twin itself (0.1C, 2C, pulses; 2 mV of noise). Each method
 starts from the same point, drawn evenly over the whole box of all parameters: least squares alone,
 and least squares from what the portfolio, or one of its members alone, has found after so many
@@ -81,7 +81,7 @@ def run(problem: Problem, method: str, seed: int, evaluations: int) -> Outcome:
 def main() -> None:
     """Run all and print both tables."""
     parser = argparse.ArgumentParser(description=__doc__.partition("\n")[0])
-    for name, value in (("seeds", 10), ("evaluations", 400), ("first-seed", 0)):
+    for name, value in (("seeds", 10), ("evaluations", 600), ("first-seed", 0)):
         parser.add_argument(f"--{name}", type=int, default=value)
     given = parser.parse_args()
     pack, outcomes = cell_pack(), {}
