@@ -7,10 +7,11 @@ here nothing is trained:
 
 1. `sample`: a Latin hypercube. Its features (`landscape.py`) weigh the members, and again when
    samples of resampled populations have been added.
-2. `lead`: one member works, in slices of evaluations: at first that of the largest weight, or one
-   that has come lower in its tests. When a run has ended the landscape has more than one basin;
-   from then on the member leads whose run promises most (`promise.py`): where it will stand if it
-   goes on as it does. So a slow run that goes on falling takes over from fast ones that end early.
+2. `lead`: one member works, in slices of evaluations: at first CMA-ES, which ends soonest and so
+   costs least where it is the wrong one, or one that has come lower in its tests. When a run has
+   ended the landscape has more than one basin; from then on the member leads whose run promises
+   most (`promise.py`): where it will stand if it goes on as it does. So a slow run that goes on
+   falling takes over from fast ones that end early.
 3. `test`: a tenth of the evaluations, and all while no run promises anything better than what has
    been found, go to the other members in turns, by weights that fall as their runs end in vain.
 4. `resample`: a run that gains nothing any more, or has no prospect of reaching what has been
@@ -141,7 +142,7 @@ class Course:
     def turns(self) -> Turns:
         """Proposals without end; each is to be answered by its costs."""
         yield from self._sample()
-        yield from self._work(max(self._seats, key=lambda s: s.weight), Stage.LEAD)
+        yield from self._work(self._seats[0], Stage.LEAD)
         while True:
             leader = self._leader()
             if leader is None or self._test_due():
