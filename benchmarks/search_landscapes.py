@@ -51,6 +51,41 @@ def schwefel(z: FloatArray) -> FloatArray:
     return np.asarray(418.98288727243374 * z.shape[1] - (x * np.sin(np.sqrt(abs(x)))).sum(axis=1))
 
 
+def cigar(z: FloatArray) -> FloatArray:
+    """A straight, narrow valley: one direction a thousand times longer than the others."""
+    return np.asarray(z[:, 0] ** 2 + 1e6 * (z[:, 1:] ** 2).sum(axis=1))
+
+
+def powers(z: FloatArray) -> FloatArray:
+    """Ever flatter towards the optimum, in some directions more than in others."""
+    return np.asarray((abs(z) ** np.linspace(2, 6, z.shape[1])).sum(axis=1))
+
+
+def levy(z: FloatArray) -> FloatArray:
+    """A bowl with ripples that grow outwards."""
+    w = 1 + z / 4
+    first, last = np.sin(np.pi * w[:, 0]) ** 2, (w[:, -1] - 1) ** 2
+    ripples = (w[:, :-1] - 1) ** 2 * (1 + 10 * np.sin(np.pi * w[:, :-1] + 1) ** 2)
+    return np.asarray(first + ripples.sum(axis=1) + last * (1 + np.sin(2 * np.pi * w[:, -1]) ** 2))
+
+
+def styblinski(z: FloatArray) -> FloatArray:
+    """Two minima in each coordinate, one of them the better."""
+    x = z - 2.903534027771177
+    return np.asarray((x**4 - 16 * x**2 + 5 * x).sum(axis=1) / 2 + 39.16616570377142 * z.shape[1])
+
+
+def funnels(z: FloatArray) -> FloatArray:
+    """Two bowls, the wider one without the optimum."""
+    other = z.shape[1] + 0.7 * ((z - 4) ** 2).sum(axis=1)
+    return np.asarray(np.minimum((z**2).sum(axis=1), other))
+
+
+def steps(z: FloatArray) -> FloatArray:
+    """An ellipsoid of plateaus."""
+    return np.asarray((np.round(z) ** 2 * 10.0 ** np.linspace(0, 2, z.shape[1])).sum(axis=1))
+
+
 @dataclass(frozen=True, slots=True)
 class Landscape:
     """A formula over a box `width` wide; `turned` into random axes or not."""
@@ -90,5 +125,14 @@ LANDSCAPES = {
     "ackley, turned": Landscape(ackley, 64.0, turned=True),
     "griewank, turned": Landscape(griewank, 1200.0, turned=True),
     "schwefel": Landscape(schwefel, 1000.0, fixed=True),
+    "levy, turned": Landscape(levy, 20.0, turned=True),
 }
-"""Name -> landscape."""
+"""Name -> landscape: those the rules of the search were developed on."""
+HELD_OUT = {
+    "cigar, turned": Landscape(cigar, 10.0, turned=True),
+    "powers, turned": Landscape(powers, 10.0, turned=True),
+    "styblinski": Landscape(styblinski, 12.0),
+    "two funnels, turned": Landscape(funnels, 12.0, turned=True),
+    "steps, turned": Landscape(steps, 20.0, turned=True),
+}
+"""Those on which it is reported: nothing was chosen by them."""

@@ -5,7 +5,8 @@ gets the same evaluations; a run is solved when its cost is below 1e-6 of the me
 points (for the twin: below 0.2 mV rms). A member alone is the same search with that member only, so
 with restarts and resampling. The median counts evaluations until solved, unsolved runs as endless.
 A process a core; OPENBLAS_NUM_THREADS=1 keeps them from taking each other's.
-The settings of the search were chosen on seeds 0 to 4, which are not among the default ones.
+The settings of the search were chosen on the first eight landscapes with seeds 0 to 4, and one
+of levy with seed 103; nothing was chosen on those that are held out, nor on the twin.
 """
 
 import argparse
@@ -18,7 +19,7 @@ from functools import cache
 import numpy as np
 import numpy.typing as npt
 
-from benchmarks.search_landscapes import LANDSCAPES
+from benchmarks.search_landscapes import HELD_OUT, LANDSCAPES
 from twin.builtin import load_cell
 from twin.calibrate.search import MEMBERS, search
 from twin.kernel import Backend
@@ -110,7 +111,7 @@ def costs_of(task: Task) -> tuple[Cost, float]:
     """What is minimised, and below which it is solved."""
     if task.problem == TWIN:
         return twin_cost(task.seed), SOLVED_V
-    cost = LANDSCAPES[task.problem].at(task.dimension, task.seed)
+    cost = (LANDSCAPES | HELD_OUT)[task.problem].at(task.dimension, task.seed)
     usual = cost(np.random.default_rng(99).random((1000, task.dimension)))
     return cost, SOLVED * float(np.median(usual))
 
@@ -162,12 +163,14 @@ def main() -> None:
     given = parser.parse_args()
     methods = [*METHODS, "random"]
     seeds = range(given.first_seed, given.first_seed + given.seeds)
-    problems = dict.fromkeys(LANDSCAPES, (given.dimension, given.evaluations))
+    problems = dict.fromkeys([*LANDSCAPES, *HELD_OUT], (given.dimension, given.evaluations))
     if given.twin:
         problems[TWIN] = (len(NAMES), given.twin)
     print(f"{'solved, median':>18} | " + " | ".join(f"{m:>14}" for m in methods))
     with ProcessPoolExecutor(os.cpu_count()) as pool:
         for name, (dimension, evaluations) in problems.items():
+            if name == next(iter(HELD_OUT)):
+                print("held out:")
             tasks = [Task(name, m, dimension, s, evaluations) for m in methods for s in seeds]
             results = dict(zip(tasks, pool.map(solve, tasks), strict=True))
             print(f"{name:>18} | " + _row(tasks, results, methods), flush=True)

@@ -7,14 +7,15 @@ here nothing is trained:
 
 1. `sample`: a Latin hypercube. Its features (`landscape.py`) weigh the members, and again when
    samples of resampled populations have been added.
-2. `lead`: one member works, in slices of evaluations. Its credit is by how much the
-   median of the best points of all fell, for each evaluation of its last slices.
-3. `test`: now and then another member works for a slice, in turns from its own population and from
-   the best points met lately. With the higher credit it leads from there on. Tests get rarer while
-   the leader holds, and frequent again when it changes.
-4. `resample`: a member that has collapsed or stagnates starts anew, elsewhere (`resample.py`).
-   While nobody earns credit, every second slice goes to the lowest run that still improves, the
-   others by weight.
+2. `lead`: one member works, in slices of evaluations: at first CMA-ES, which ends soonest and so
+   costs least where it is the wrong one, or one that has come lower in its tests. When a run has
+   ended the landscape has more than one basin; from then on the member leads whose run promises
+   most (`promise.py`): where it will stand if it goes on as it does. So a slow run that goes on
+   falling takes over from fast ones that end early.
+3. `test`: a tenth of the evaluations, and all while no run promises anything better than what has
+   been found, go to the other members in turns, by weights that fall as their runs end in vain.
+4. `resample`: a run that gains nothing any more, or has no prospect of reaching what has been
+   found, is over: its member starts anew, elsewhere (`resample.py`). Others wait as they are.
 
 A course depends on the costs told alone: not on time, nor on how many evaluations there will be.
 """
@@ -27,14 +28,17 @@ import numpy as np
 import numpy.typing as npt
 
 from twin.calibrate.search.landscape import landscape, suitability
-from twin.calibrate.search.members import MEMBERS, SMALLEST_BATCH, Member, Seed
+from twin.calibrate.search.members import MEMBERS, SMALLEST_BATCH, Member
+from twin.calibrate.search.promise import expected, remaining
 from twin.calibrate.search.resample import Found, anew, from_shared, spread_out
 
 FloatArray = npt.NDArray[np.float64]
 
 SAMPLES = 8  # per dimension, before the first member
-SLICE = 20  # evaluations per dimension
-FIRST_TEST, LAST_TEST = 2, 8  # slices of the leader between tests, while it holds
+SLICE, GENERATIONS = 20, 5  # evaluations per dimension in a slice, generations at least
+TESTS = 0.1  # of the evaluations, while a run leads
+LEADS, LASTS = 1.0, 4.0  # times as many slices again, in which a run is to reach what was found
+NOTHING = 1e-7  # of what a run has gained since its first slice: no gain
 
 
 class Stage(StrEnum):
@@ -58,43 +62,65 @@ class Proposal:
 Turns = Generator[Proposal, FloatArray, None]
 
 
+class _Elite:
+    """The lowest of the costs told."""
+
+    def __init__(self, size: int) -> None:
+        self._size, self._costs = size, np.empty(0)
+
+    def take(self, costs: FloatArray) -> None:
+        """Costs that were told."""
+        self._costs = np.sort(np.append(self._costs, costs))[: self._size]
+
+    def level(self) -> float:
+        """Their median: how far it has come, not moved by one lucky point."""
+        return float(np.median(self._costs))
+
+
 @dataclass(slots=True, eq=False)
 class _Run:
-    """A member at work from one start: how it gets on."""
+    """A member at work from one start."""
 
     member: Member
+    size: int
+    elite: _Elite
+    levels: list[float] = field(default_factory=list)  # after the first batch and each slice
     best: tuple[float, FloatArray] | None = None
-    improved: bool = False  # in its last slice
 
     def take(self, points: FloatArray, costs: FloatArray) -> None:
         """Tell the member, remember the best."""
         self.member.tell(costs)
+        self.elite.take(costs)
         at = int(np.argmin(costs))
         if self.best is None or costs[at] < self.best[0]:
-            self.best, self.improved = (float(costs[at]), points[at]), True
+            self.best = float(costs[at]), points[at]
+        if not self.levels:
+            self.levels.append(self.elite.level())
 
 
 @dataclass(slots=True, eq=False)
 class _Seat:
-    """An algorithm: its runs, of which the last is at work, and what it has earned."""
+    """An algorithm, its run, and how often it has started and been tested."""
 
     name: str
     weight: float = 1.0
-    runs: list[_Run] = field(default_factory=list)
-    credit: float = 0.0  # fall of the elite's median cost per evaluation of the last slices
-    evaluations: int = 0
-    levelled: int = 0
+    run: _Run | None = None
     starts: int = 0
-    tests: int = 0
+    ends: int = 0
+    wins: int = 0  # ends where nothing better had been found
+    tested: int = 0  # evaluations
 
     def share(self) -> float:
-        """Evaluations it has had for its weight, since shares were last levelled."""
-        return (self.evaluations - self.levelled) / self.weight
+        """Evaluations in tests for its weight, which falls when its runs end in vain."""
+        return self.tested / self.weight * (1 + self.ends) / (1 + self.wins)
 
-    def height(self) -> float:
-        """Best cost of its run while that improves, else infinite."""
-        run = self.runs[-1] if self.runs else None
-        return run.best[0] if run and run.best and run.improved else np.inf
+    def level(self) -> float:
+        """Of its run."""
+        return self.run.levels[-1] if self.run else np.inf
+
+    def promise(self) -> float:
+        """Level its run may reach."""
+        return expected(self.run.levels, LEADS) if self.run else np.inf
 
 
 class Course:
@@ -106,28 +132,51 @@ class Course:
         self._k, self._start = dimension, start
         self._random = np.random.default_rng(seed)
         self._seats = [_Seat(name) for name in members]
-        self._slice = max(80, SLICE * dimension)
-        self._elite_costs = np.full(4 * dimension, np.inf)
+        self._elite = _Elite(4 * dimension)
         self._lately: list[tuple[FloatArray, FloatArray]] = []
         self._spread: list[tuple[FloatArray, FloatArray]] = []
         self._basins: list[tuple[float, FloatArray]] = []
         self._best, self._best_by = (np.inf, np.full(dimension, 0.5)), ""
-        self._since_test, self._interval, self._idle = 0, FIRST_TEST, 0
+        self._evaluations = 0
 
     def turns(self) -> Turns:
         """Proposals without end; each is to be answered by its costs."""
         yield from self._sample()
-        leader = max(self._seats, key=lambda s: s.weight)
+        yield from self._work(self._seats[0], Stage.LEAD)
         while True:
-            while leader.credit > 0:
+            leader = self._leader()
+            if leader is None or self._test_due():
+                yield from self._test(leader)
+            else:
                 yield from self._work(leader, Stage.LEAD)
-                self._since_test += 1
-                if self._since_test >= self._interval and len(self._seats) > 1:
-                    leader = yield from self._tested(leader)
-            for seat in self._seats:
-                seat.levelled = seat.evaluations
-            while leader.credit <= 0:
-                leader = yield from self._nobody_earns()
+
+    def _leader(self) -> _Seat | None:
+        """The lowest run; once one has ended, that which promises most, if more than was found."""
+        open_to = [s for s in self._seats if s.run and not self._over(s.run)]
+        if not any(s.ends for s in self._seats):
+            return min(open_to, key=_Seat.level, default=None)
+        best = min(open_to, key=_Seat.promise, default=None)
+        return best if best and best.promise() < self._elite.level() else None
+
+    def _over(self, run: _Run) -> bool:
+        """It will gain nothing any more, or not reach what has been found."""
+        if expected(run.levels, LASTS) > self._elite.level():
+            return True
+        return len(run.levels) > 2 and remaining(run.levels) <= NOTHING * (
+            run.levels[1] - run.levels[-1]
+        )
+
+    def _test_due(self) -> bool:
+        tested = sum(s.tested for s in self._seats) + self._slice(None)
+        return len(self._seats) > 1 and tested <= TESTS * self._evaluations
+
+    def _test(self, leader: _Seat | None) -> Turns:
+        """A slice of who but `leader` has had least for its weight."""
+        rivals = [s for s in self._seats if s is not leader]
+        rival = min(rivals, key=_Seat.share)
+        before = self._evaluations
+        yield from self._work(rival, Stage.TEST)
+        rival.tested += self._evaluations - before
 
     def _sample(self) -> Turns:
         count = max(2 * SMALLEST_BATCH, SAMPLES * self._k)
@@ -137,8 +186,6 @@ class Course:
         self._take(points, costs, "sample")
         self._spread.append((points, costs))
         self._weigh()
-        for seat in self._seats:
-            seat.credit = np.inf  # until it has worked
 
     def _weigh(self) -> None:
         points = np.vstack([p for p, _ in self._spread])
@@ -147,43 +194,17 @@ class Course:
         for seat in self._seats:
             seat.weight = weights[seat.name]
 
-    def _nobody_earns(self) -> Generator[Proposal, FloatArray, _Seat]:
-        """A slice of who is nearest to earning, or has had least; it leads if it earns."""
-        self._idle += 1
-        self._since_test, self._interval = 0, FIRST_TEST
-        lowest = min(self._seats, key=_Seat.height)
-        by_share = self._idle % 2 or lowest.height() == np.inf
-        seat = min(self._seats, key=_Seat.share) if by_share else lowest
-        seat.credit = 0.0
-        yield from self._work(seat, Stage.LEAD)
-        return seat
-
-    def _tested(self, leader: _Seat) -> Generator[Proposal, FloatArray, _Seat]:
-        """Who leads after another member's slice."""
-        rival = min((s for s in self._seats if s is not leader), key=_Seat.share)
-        rival.tests += 1
-        self._since_test = 0
-        shared = bool(rival.runs) and rival.tests % 2 == 0
-        seed = from_shared(rival.name, self._found(self._lately), self._random) if shared else None
-        if seed is not None:
-            self._run(rival, seed)
-        rival.credit = 0.0
-        yield from self._work(rival, Stage.TEST)
-        if rival.credit > leader.credit:
-            self._interval = FIRST_TEST
-            return rival
-        self._interval = min(LAST_TEST, 2 * self._interval)
-        if seed is not None and len(rival.runs) > 1:
-            rival.runs.pop()
-        return leader
+    def _slice(self, run: _Run | None) -> int:
+        """Evaluations; without a run those of a small population."""
+        return max(80, SLICE * self._k, GENERATIONS * run.size if run else 0)
 
     def _work(self, seat: _Seat, stage: Stage) -> Turns:
-        """One slice of `seat`, and what it earned."""
-        if not seat.runs:
+        """One slice of `seat`, by a new run if that at hand has no prospect."""
+        if seat.run is None or self._over(seat.run):
             stage = self._renew(seat, stage)
-        run, used, before = seat.runs[-1], 0, self._elite_median()
-        run.improved = False
-        while used < self._slice and not run.member.exhausted():
+        assert seat.run is not None
+        run, used = seat.run, 0
+        while used < self._slice(run) and not run.member.exhausted():
             points = run.member.ask()
             if not len(points):
                 break
@@ -193,17 +214,22 @@ class Course:
             run.take(points, costs)
             self._take(points, costs, seat.name)
             used += len(points)
-        seat.evaluations += used
-        gain = (before - self._elite_median()) / max(used, 1)
-        seat.credit = (seat.credit + gain) / 2 if 0 < seat.credit < np.inf and gain > 0 else gain
+        if used:
+            run.levels.append(run.elite.level())
         if run.member.exhausted():
-            seat.runs.remove(run)
-            seat.credit = 0.0
-            if run.best is not None:
-                self._basins.append(run.best)
+            self._end(seat)
+
+    def _end(self, seat: _Seat) -> None:
+        """Its run is given up, what it found is remembered."""
+        if seat.run is not None and seat.run.best is not None:
+            self._basins.append(seat.run.best)
+            seat.ends += 1
+            seat.wins += seat.run.best[0] <= self._best[0]
+        seat.run = None
 
     def _renew(self, seat: _Seat, stage: Stage) -> Stage:
         """A new start of `seat`: from the samples at first, else where it has not been."""
+        self._end(seat)
         seed = None
         if seat.starts == 0:
             seed = from_shared(seat.name, self._found(self._spread[:1]), self._random)
@@ -214,21 +240,14 @@ class Course:
             stage = Stage.RESAMPLE
             self._weigh()
         seat.starts += 1
-        self._run(seat, seed)
+        seat.run = _Run(MEMBERS[seat.name](seed), seed.size, _Elite(4 * self._k))
         return stage
 
-    def _run(self, seat: _Seat, seed: Seed) -> None:
-        """At work from now on; of those before, the first is kept to return to."""
-        seat.runs = [*seat.runs[:1], _Run(MEMBERS[seat.name](seed))]
-
-    def _elite_median(self) -> float:
-        return float(np.median(self._elite_costs))
-
     def _take(self, points: FloatArray, costs: FloatArray, name: str) -> None:
-        size = self._elite_costs.size
-        self._elite_costs = np.sort(np.append(self._elite_costs, costs))[:size]
+        self._elite.take(costs)
+        self._evaluations += len(costs)
         self._lately.append((points, costs))
-        while sum(len(c) for _, c in self._lately[1:]) > 2 * self._slice:
+        while sum(len(c) for _, c in self._lately[1:]) > 2 * self._slice(None):
             del self._lately[0]
         at = int(np.argmin(costs))
         if costs[at] < self._best[0]:

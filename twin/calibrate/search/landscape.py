@@ -62,7 +62,7 @@ def suitability(features: Landscape) -> dict[str, float]:
 
     A covariance matrix learns bowls; a swarm follows a funnel; differences of a population keep
     far-apart basins alive. CMA-ES starts ahead: costs of a fit are long bent valleys. Weights are
-    shares of evaluations while no member earns, so a wrong guess costs a factor, not the answer.
+    shares of the tests, so a wrong guess costs a factor, not the answer.
     """
     funnel = max(0.0, features.funnel)
     return {
