@@ -7,7 +7,7 @@ some twenty, each with the noise that is left in it: neither drowns the other.
 """
 
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import pairwise
 
 import numpy as np
@@ -48,6 +48,7 @@ class Sampled:
         noise_V: of one sample of the test.
         start_V: about the open-circuit voltage at the start,
         start_sigma_V: and how well that is known.
+        missed_V: (m,) what coarse steps and mesh miss there, added to what is simulated.
     """
 
     name: str
@@ -60,6 +61,11 @@ class Sampled:
     noise_V: float
     start_V: float
     start_sigma_V: float
+    missed_V: FloatArray | float = 0.0
+
+    def as_expected(self) -> "Sampled":
+        """The same before anything was fitted to it."""
+        return replace(self, sigma_V=expected_V(self.noise_V, self.count), missed_V=0.0)
 
 
 def sampled(test: ReferenceTest, capacity_C: float) -> Sampled:
@@ -98,12 +104,17 @@ def sampled(test: ReferenceTest, capacity_C: float) -> Sampled:
         at=np.searchsorted(time_s, test.time_s[index]),
         voltage_V=voltage_V,
         count=count,
-        sigma_V=np.sqrt(noise_V**2 / count + FLOOR_V**2),
+        sigma_V=expected_V(noise_V, count),
         drawn_C=drawn_C[index],
         noise_V=noise_V,
         start_V=start_V,
         start_sigma_V=start_sigma_V,
     )  # fmt: skip
+
+
+def expected_V(noise_V: float, count: FloatArray) -> FloatArray:
+    """(m,) standard deviation of measured minus simulated where nothing else is known."""
+    return np.asarray(np.sqrt(noise_V**2 / count + FLOOR_V**2))
 
 
 def phases(current_A: FloatArray) -> IntArray:
