@@ -5,7 +5,7 @@
 
 Of the twin itself: cells drawn from the prior, measured on fine steps and mesh (0.1C, 2C, pulses;
 2 mV of noise). There is no model error, so what is judged is fit and statistics alone, and 90 % is
-what must come out. A cell takes 3 to 15 s.
+what must come out. A cell takes some 10 s.
 
 Of PyBaMM: ten hidden cells around each built-in one (`tests/reference/calibration`: what is drawn,
 on which meshes, and how far the finer is from their limit). Those not in FOLDER are made there
