@@ -2,9 +2,13 @@
 
 The estimate weighs residuals r by what was expected of them; their true covariance S is estimated
 from what is left: per test its mean square, times the number of samples that tell as much as one
-(they are correlated where the model errs). With derivatives J and prior precision P, A = J'J + P,
-the covariance of the estimate about the truth is A^-1 (J' S J + P) A^-1, in coordinates where the
-prior has standard deviation 1.
+(they are correlated where the model errs). With derivatives J and prior precision P (that of the
+fillers in it), A = J'J + P, the covariance of the estimate about the truth is
+A^-1 (J' S J + P) A^-1, in coordinates where a parameter's own prior has standard deviation 1.
+
+What these tests hardly tell (`not_identified`) is held at its prior. Its interval is the prior's,
+and that it may be wrong is part of the errors of the others: consider covariance analysis, B. D.
+Tapley, B. E. Schutz, G. H. Born, Statistical Orbit Determination (Elsevier, 2004), chapter 6.
 """
 
 from collections.abc import Sequence
@@ -32,7 +36,7 @@ class Verdict(Enum):
 
     IDENTIFIED = "identified"
     PARTLY = "partly: the prior has a share in it"
-    PRIOR = "not identified: as the prior has it"
+    PRIOR = "not identified by these tests: its prior"
     AT_BOUND = "at its bound"
 
 
@@ -48,7 +52,8 @@ class Estimate:
         lower: of the 90 % interval,
         upper: and its other end.
         prior: mean of the prior; of what follows from others: at the means of those.
-        left_of_prior: standard error over standard deviation of the prior.
+        left_of_prior: standard error over standard deviation of the prior, all of it (that of the
+            fillers bears on what they follow from).
         verdict: what the data tell.
     """
 
@@ -84,10 +89,11 @@ class Answer:
         estimates: of the free parameters, in order.
         derived: what follows from them.
         names: (k,) of the free parameters.
-        covariance: (k, k) in standard deviations of the prior.
+        covariance: (k, k) in coordinates.
         stiff: combinations the data determine, the best known first.
         sloppy: those they tell less of than the prior does.
         correlated_samples: test -> samples that tell as much as one.
+        held: names of those that were held at their prior.
     """
 
     estimates: tuple[Estimate, ...]
@@ -97,6 +103,7 @@ class Answer:
     stiff: tuple[Combination, ...]
     sloppy: tuple[Combination, ...]
     correlated_samples: dict[str, float]
+    held: tuple[str, ...]
 
     @property
     def correlations(self) -> FloatArray:
@@ -105,13 +112,67 @@ class Answer:
         return np.asarray(self.covariance / np.outer(std, std))
 
 
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class _Curvature:
+    """Of the sum of squares at an estimate; (k, k) each, in coordinates.
+
+    Attributes:
+        weighed: J'J of the data, as they are weighed.
+        meat: J'SJ, the covariance of their pull.
+        data: J'S^-1 J, the most they tell.
+        prior: P.
+        correlated: test -> samples that tell as much as one.
+    """
+
+    weighed: FloatArray
+    meat: FloatArray
+    data: FloatArray
+    prior: FloatArray
+    correlated: dict[str, float]
+
+
 def answer(problem: Problem, q: FloatArray) -> Answer:
     """At the least squares `q` (k,) of `problem`."""
+    told = _curvature(problem, q)
+    names = tuple(p.name for p in problem.parameters)
+    covariance = _covariance(told, problem.held)
+    prior = np.asarray(np.linalg.inv(told.prior))
+    stiff, sloppy = _combinations(told.data, names)
+    return Answer(
+        estimates=_estimates(problem, q, np.sqrt(np.diag(covariance)), np.sqrt(np.diag(prior))),
+        derived=_derived(problem, q, covariance, prior),
+        names=names,
+        covariance=covariance,
+        stiff=stiff,
+        sloppy=sloppy,
+        correlated_samples=told.correlated,
+        held=tuple(n for n, held in zip(names, problem.held, strict=True) if held),
+    )
+
+
+def not_identified(problem: Problem, q: FloatArray) -> tuple[str, ...]:
+    """Names of what the tests hardly tell, at the least squares `q` (k,) of `problem`.
+
+    Those whose prior the data narrow by less than a tenth, one after the other, the least told
+    first: of parameters that only a combination is told of, one at least stays free.
+    """
+    told = _curvature(problem, q)
+    free = np.arange(q.size)
+    while free.size:
+        own = np.ix_(free, free)
+        after, before = (np.linalg.inv(m[own]) for m in (told.data + told.prior, told.prior))
+        left = np.sqrt(np.diag(after) / np.diag(before))
+        if left.max() <= SOME_OF_PRIOR:
+            break
+        free = np.delete(free, int(np.argmax(left)))
+    return tuple(p.name for k, p in enumerate(problem.parameters) if k not in free)
+
+
+def _curvature(problem: Problem, q: FloatArray) -> _Curvature:
     residuals, slopes = problem.linearised(q)
     sizes = [t.at.size for t in problem.tests]
-    data = sum(sizes)
-    prior = slopes[data:].T @ slopes[data:]
-    meat, information = prior.copy(), np.zeros_like(prior)
+    behind = slopes[sum(sizes) :]
+    weighed, meat, data = (np.zeros((q.size, q.size)) for _ in range(3))
     correlated = {}
     for test, part in zip(problem.tests, _parts(sizes), strict=True):
         own = slopes[part].T @ slopes[part]
@@ -119,20 +180,28 @@ def answer(problem: Problem, q: FloatArray) -> Answer:
         square = max(float(np.mean(residuals[part] ** 2)), least)
         times = correlation_time(residuals[part])
         correlated[test.name] = times
+        weighed += own
         meat += own * (square * times)
-        information += own / (square * times)
-    bread = np.linalg.inv(slopes.T @ slopes)
-    covariance = bread @ meat @ bread
-    stiff, sloppy = _combinations(information, [p.name for p in problem.parameters])
-    return Answer(
-        estimates=_estimates(problem, q, np.sqrt(np.diag(covariance))),
-        derived=_derived(problem, q, covariance),
-        names=tuple(p.name for p in problem.parameters),
-        covariance=covariance,
-        stiff=stiff,
-        sloppy=sloppy,
-        correlated_samples=correlated,
+        data += own / (square * times)
+    return _Curvature(
+        weighed=weighed, meat=meat, data=data, prior=behind.T @ behind, correlated=correlated
     )
+
+
+def _covariance(told: _Curvature, held: npt.NDArray[np.bool_]) -> FloatArray:
+    """(k, k) of the estimate about the truth, `held` (k,) at the mean of its prior.
+
+    With d = prior mean - truth, noise n, o what is free and h what is held, the estimate errs by
+    e_h = d_h and, where the sum of squares is least, A_oo e_o = P_oo d_o - (J'J)_oh d_h - J_o' n.
+    """
+    free = ~held
+    oo, oh = np.ix_(free, free), np.ix_(free, held)
+    by_noise, by_prior = np.zeros_like(told.prior), np.diag(held.astype(float))
+    by_noise[oo] = np.linalg.inv((told.weighed + told.prior)[oo])
+    by_prior[oo] = by_noise[oo] @ told.prior[oo]
+    by_prior[oh] = -by_noise[oo] @ told.weighed[oh]
+    prior = np.linalg.inv(told.prior)
+    return np.asarray(by_noise @ told.meat @ by_noise.T + by_prior @ prior @ by_prior.T)
 
 
 def excess_of(problem: Problem, residuals: FloatArray) -> FloatArray:
@@ -161,13 +230,15 @@ def _parts(sizes: Sequence[int]) -> list[slice]:
     return [slice(a, b) for a, b in pairwise(ends)]
 
 
-def _estimates(problem: Problem, q: FloatArray, std: FloatArray) -> tuple[Estimate, ...]:
-    low, high = problem.bounds
+def _estimates(
+    problem: Problem, q: FloatArray, std: FloatArray, prior_std: FloatArray
+) -> tuple[Estimate, ...]:
     out = []
     for k, p in enumerate(problem.parameters):
         value, error = p.value(float(q[k])), float(std[k])
-        near = min(q[k] - low[k], high[k] - q[k]) < AT_BOUND * error
-        ends = (max(q[k] - NINETY * error, low[k]), min(q[k] + NINETY * error, high[k]))
+        (low, high), left = p.bounds, error / float(prior_std[k])
+        near = min(q[k] - low, high - q[k]) < AT_BOUND * error
+        ends = (max(q[k] - NINETY * error, low), min(q[k] + NINETY * error, high))
         estimate = Estimate(
             name=p.name,
             unit=p.unit,
@@ -176,26 +247,27 @@ def _estimates(problem: Problem, q: FloatArray, std: FloatArray) -> tuple[Estima
             lower=p.value(float(ends[0])),
             upper=p.value(float(ends[1])),
             prior=p.mean,
-            left_of_prior=error,
-            verdict=_verdict(error, near=bool(near)),
+            left_of_prior=left,
+            verdict=_verdict(left, near=bool(near)),
         )
         out.append(estimate)
     return tuple(out)
 
 
-def _verdict(error: float, *, near: bool) -> Verdict:
-    if error > SOME_OF_PRIOR:
+def _verdict(left: float, *, near: bool) -> Verdict:
+    if left > SOME_OF_PRIOR:
         return Verdict.PRIOR
     if near:
         return Verdict.AT_BOUND
-    return Verdict.IDENTIFIED if error <= MOST_OF_PRIOR else Verdict.PARTLY
+    return Verdict.IDENTIFIED if left <= MOST_OF_PRIOR else Verdict.PARTLY
 
 
-def _derived(problem: Problem, q: FloatArray, covariance: FloatArray) -> tuple[Estimate, ...]:
+def _derived(
+    problem: Problem, q: FloatArray, covariance: FloatArray, prior: FloatArray
+) -> tuple[Estimate, ...]:
     mapped = problem.mapped(q, 0)
     by_q = problem.chain(q, mapped.derived_by_values, 0)
-    std = np.sqrt(np.einsum("ij,jk,ik->i", by_q, covariance, by_q))
-    prior_std = np.linalg.norm(by_q, axis=1)
+    std, prior_std = (np.sqrt(np.einsum("ij,jk,ik->i", by_q, m, by_q)) for m in (covariance, prior))
     priors = problem.mapped(np.zeros_like(q), 0).derived
     return tuple(
         Estimate(

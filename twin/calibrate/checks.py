@@ -7,8 +7,8 @@ import numpy as np
 import numpy.typing as npt
 
 from twin.calibrate.objective import Problem
-from twin.calibrate.polish import polish
 from twin.calibrate.reference import ReferenceTest
+from twin.calibrate.settle import settled
 from twin.load import Between
 
 FloatArray = npt.NDArray[np.float64]
@@ -93,14 +93,19 @@ def fitted(problem: Problem, q: FloatArray, tests: Sequence[ReferenceTest]) -> t
 def predicted(
     problem: Problem, q: FloatArray, tests: Sequence[ReferenceTest], k: int
 ) -> Iterator[FloatArray | None]:
-    """The (n,) voltage of test `k` by a fit to the others, from `q` on; None while that goes on.
+    """The (n,) voltage of test `k` by a fit to the others alone; None while that goes on.
 
-    Of the test itself only the voltage at its start is used, as a state to start from.
+    The weights, what is held and a correction of the open-circuit curve are theirs. Of the test
+    itself only the voltage at its start is used, as a state to start from; and `q`, the fit to all
+    of them, is where this one starts.
     """
-    others = problem.of_other_tests([t for i, t in enumerate(problem.tests) if i != k])
+    left = [t.as_expected() for i, t in enumerate(problem.tests) if i != k]
+    others = problem.holding(()).of_other_tests(left)
+    if problem.correction and problem.correction.test == tests[k].name:
+        others = others.corrected(None)
     first = q.size - len(problem.tests)
     best = np.delete(q, first + k)
-    for polished in polish(others, best):
-        best = polished.q
+    for s in settled(others, best):
+        best = s.q
         yield None
     yield others.replayed(best, tests[k], problem.table[len(problem.table) - len(tests) + k].mean)

@@ -4,9 +4,10 @@ Coordinates q are standard deviations of the prior from its mean, so that the pr
 """
 
 import os
-from collections.abc import Sequence
+from collections.abc import Collection, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -15,6 +16,7 @@ from twin.calibrate.cell_map import FILLERS, SIDES, START_V, CellMap, Infeasible
 from twin.calibrate.ocp_correction import Correction
 from twin.calibrate.parameters import FILLER_STD, Parameter, cell_table, start_parameters
 from twin.calibrate.reference import ReferenceTest
+from twin.calibrate.refine import FINE_MESH, PARTS, refined
 from twin.calibrate.resample import Sampled
 from twin.effects import (
     AGEING,
@@ -25,10 +27,11 @@ from twin.effects import (
 )
 from twin.kernel import Backend
 from twin.load import Load
+from twin.mesh import Mesh
 from twin.pack import Pack
 from twin.sensitivity import sensitivity_of
 from twin.simulate import DEFAULT_MESH, Run, changeable, solution_of
-from twin.solution import Status
+from twin.solution import Solution, Status
 
 FloatArray = npt.NDArray[np.float64]
 
@@ -60,22 +63,30 @@ class Problem:
         pack: of one cell.
         tests: what was measured.
         table: all parameters of the cell, then the start of each test.
-        free: (k,) positions in `table` of those that are free; the others stay at their mean.
+        free: (k,) positions in `table` of those that are asked for; the others stay at their mean.
+        held: (k,) which of these stay there too, since the tests do not tell them.
         correction: of the open-circuit curve that is in the cell of `pack`; None if there is none.
     """
 
-    def __init__(
+    def __init__(  # noqa: PLR0913
         self, pack: Pack, tests: Sequence[Sampled], *, only: Sequence[str] | None = None,
-        table: Sequence[Parameter] | None = None, correction: Correction | None = None,
+        table: Sequence[Parameter] | None = None, held: Collection[str] = (),
+        correction: Correction | None = None,
     ) -> None:  # fmt: skip
-        """`only` names the parameters of the cell that are free, None all; starts are free."""
-        self.pack, self.tests = single_cell(pack), tuple(tests)
-        self.correction = correction
+        """`only` names the parameters of the cell that are free, None all; starts are free.
+
+        `held` names free ones that stay at their mean: their coordinates and bounds are 0.
+        """
+        self._plain, self.tests = single_cell(pack), tuple(tests)
+        self.pack, self.correction = self._plain, correction
+        if correction:
+            self.pack = replace(self._plain, cell=correction.of_cell(self._plain.cell))
         cell = tuple(table) if table is not None else cell_table(self.pack)
         self.table = (*cell, *start_parameters(self.tests, pack))
         self._of_cell = len(cell)
         kept = [i for i, p in enumerate(cell) if only is None or p.name in only]
         self.free = (*kept, *range(len(cell), len(self.table)))
+        self.held = np.array([self.table[i].name in held for i in self.free])
         self._map = CellMap(self.pack, (*(p.name for p in cell), START_V))
         wide = replace(
             self.pack.cell,
@@ -99,7 +110,7 @@ class Problem:
     def bounds(self) -> tuple[FloatArray, FloatArray]:
         """(k,) least and largest coordinates."""
         low, high = zip(*(p.bounds for p in self.parameters), strict=True)
-        return np.array(low), np.array(high)
+        return np.where(self.held, 0.0, low), np.where(self.held, 0.0, high)
 
     def values(self, q: FloatArray) -> FloatArray:
         """(table,) of all parameters."""
@@ -139,7 +150,7 @@ class Problem:
             rows.append((test.voltage_V - simulated.voltage_V) / test.sigma_V)
             slopes.append(-simulated.by_q / test.sigma_V[:, None])
         mapped = self.mapped(q, 0)
-        fillers = (self._filler_means - mapped.derived[FILLERS]) / FILLER_STD
+        fillers = self.missed_fillers(mapped)
         by_q = -self.chain(q, mapped.derived_by_values[FILLERS], 0) / FILLER_STD
         residuals = np.concatenate([*rows, -q, fillers])
         return residuals, np.vstack([*slopes, -np.eye(q.size), by_q])
@@ -158,12 +169,8 @@ class Problem:
     def simulated(self, q: FloatArray, test: int, *, derivative: bool = False) -> Simulated:
         """The test number `test`; Infeasible if no cell has these values."""
         values, sample = self._values_at(self.values(q), test), self.tests[test]
-        run = Run(self._wide, sample.load, DEFAULT_MESH, Backend.AUTO, None)
-        given = changeable(self._wide, sample.load)
         if not derivative:
-            run.change(given | self._map(values)[0])
-            run.run()
-            solution = solution_of(run, self._wide, sample.load)
+            solution = self._solved(sample.load, DEFAULT_MESH, self._map(values)[0])
             voltage_V = self._filled(solution.voltage_V, sample)
             return Simulated(
                 voltage_V=voltage_V, by_q=None, complete=solution.status is Status.DONE
@@ -172,6 +179,8 @@ class Problem:
         by_q = self.chain(q, mapped.by_values, test)
         names, start = _start_names(self._map.directions, mapped.numbers["initial_soc"])
         used = np.flatnonzero(np.abs(by_q).max(axis=1) > 0)
+        run = Run(self._wide, sample.load, DEFAULT_MESH, Backend.AUTO, None)
+        given = changeable(self._wide, sample.load)
         s = sensitivity_of(
             run, sample.load, [names[i] for i in used], numbers=given | mapped.numbers
         )
@@ -203,35 +212,65 @@ class Problem:
             time_s=test.time_s, current_A=test.current_A, between=test.between,
             ambient_K=test.ambient_K,
         )  # fmt: skip
-        run = Run(self._wide, load, DEFAULT_MESH, Backend.AUTO, None)
-        given = changeable(self._wide, load)
-        run.change(given | self._map(np.append(self._values_of_cell(q), start_V))[0])
-        run.run()
-        done = solution_of(run, self._wide, load).voltage_V
+        numbers = self._map(np.append(self._values_of_cell(q), start_V))[0]
+        done = self._solved(load, FINE_MESH, numbers).voltage_V
         return np.concatenate([done, np.full(test.time_s.size - done.size, np.nan)])
 
     def of_other_tests(self, tests: Sequence[Sampled]) -> "Problem":
         """The same cell and free parameters; starts as `tests` have them."""
-        names = [p.name for p in self.parameters if not p.name.startswith(START_V)]
-        return self._of(self.pack, tests, names, self.correction)
+        return self._with(tests=tests)
+
+    def holding(self, names: Collection[str]) -> "Problem":
+        """The same with the parameters `names`, and no others, held at their mean."""
+        return self._with(held=names)
+
+    def refined(self, q: FloatArray) -> "Problem":
+        """The same, with what its steps and mesh miss at `q` (k,) added to what is simulated.
+
+        A deferred correction: `q` where this problem is least is that of fine steps and mesh.
+        """
+        with ThreadPoolExecutor(_workers()) as pool:
+            missed = pool.map(lambda i: self._missed_V(q, i), range(len(self.tests)))
+            tests = [replace(t, missed_V=m) for t, m in zip(self.tests, missed, strict=True)]
+        return self.of_other_tests(tests)
 
     def with_only(self, names: Sequence[str], tests: Sequence[int]) -> "Problem":
         """The same with fewer free parameters of the cell, and some of the tests."""
-        chosen = [self.tests[k] for k in tests]
-        return self._of(self.pack, chosen, names, self.correction)
+        return self._with(only=names, tests=[self.tests[k] for k in tests], held=())
 
-    def corrected(self, correction: Correction) -> "Problem":
-        """The same tests and parameters, of the cell with another open-circuit curve."""
+    def corrected(self, correction: Correction | None) -> "Problem":
+        """The same of the cell with this correction of its open-circuit curve, or without any."""
+        return self._with(correction=correction)
+
+    def _with(self, **changes: Any) -> "Problem":
+        """The same but for some of what it was made from."""
         names = [p.name for p in self.parameters]
-        pack = replace(self.pack, cell=correction.of_cell(self.pack.cell))
-        return self._of(pack, self.tests, names, correction)
+        given: dict[str, Any] = {
+            "pack": self._plain,
+            "tests": self.tests,
+            "only": [name for name in names if not name.startswith(START_V)],
+            "table": self.table[: self._of_cell],
+            "held": [name for name, held in zip(names, self.held, strict=True) if held],
+            "correction": self.correction,
+        }
+        return Problem(**given | changes)
 
-    def _of(
-        self, pack: Pack, tests: Sequence[Sampled], only: Sequence[str],
-        correction: Correction | None,
-    ) -> "Problem":  # fmt: skip
-        table = self.table[: self._of_cell]
-        return Problem(pack, tests, only=only, table=table, correction=correction)
+    def _missed_V(self, q: FloatArray, test: int) -> FloatArray:
+        """(m,) fine minus coarse; 0 from where either does not come to."""
+        load, at = self.tests[test].load, self.tests[test].at
+        numbers = self._map(self._values_at(self.values(q), test))[0]
+        coarse_V = self._solved(load, DEFAULT_MESH, numbers).voltage_V
+        fine_V = self._solved(refined(load), FINE_MESH, numbers).voltage_V[::PARTS]
+        come_to = at[at < min(coarse_V.size, fine_V.size)]
+        out = np.zeros(at.size)
+        out[: come_to.size] = fine_V[come_to] - coarse_V[come_to]
+        return out
+
+    def _solved(self, load: Load, mesh: Mesh, numbers: Mapping[str, float]) -> Solution:
+        run = Run(self._wide, load, mesh, Backend.AUTO, None)
+        run.change({**changeable(self._wide, load), **numbers})
+        run.run()
+        return solution_of(run, self._wide, load)
 
     def _values_of_cell(self, q: FloatArray) -> FloatArray:
         out = self._means()[: self._of_cell]
@@ -243,6 +282,10 @@ class Problem:
     def mapped(self, q: FloatArray, test: int) -> Mapped:
         """What the kernel is given."""
         return self._map.mapped(self._values_at(self.values(q), test))
+
+    def missed_fillers(self, mapped: Mapped) -> FloatArray:
+        """(2,) by how many standard deviations of their prior the fillers lie below its mean."""
+        return np.asarray((self._filler_means - mapped.derived[FILLERS]) / FILLER_STD)
 
     def chain(self, q: FloatArray, by_values: FloatArray, test: int) -> FloatArray:
         """(rows, k) by coordinates, from (rows, values) by the values of one test."""
@@ -267,7 +310,7 @@ class Problem:
         whole[:n] = voltage_V
         charging = n > 0 and sample.load.current_A[min(n, whole.size - 1)] < 0
         whole[n:] = self._wide.cell.upper_cut_off_V if charging else self._wide.cell.lower_cut_off_V
-        return whole[sample.at]
+        return np.asarray(whole[sample.at] + sample.missed_V)
 
 
 def labelled_C(pack: Pack) -> float:

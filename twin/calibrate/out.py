@@ -91,6 +91,7 @@ def fit_text(found: Calibration) -> str:
         "version": FIT_VERSION,
         "values": values_by_name(found.problem, found.q),
         "parameters": [_estimate(e) for e in told.estimates],
+        "held": told.held,
         "derived": [_estimate(e) for e in told.derived],
         "correlations": {"names": told.names, "matrix": np.round(told.correlations, 4).tolist()},
         "stiff": [_combination(c) for c in told.stiff],

@@ -98,11 +98,12 @@ def _step(
     residuals: FloatArray, slopes: FloatArray, damping: float, bounds: tuple[FloatArray, FloatArray]
 ) -> FloatArray:
     """(k,) least squares of the linearised problem with `damping`, within `bounds`."""
-    k = slopes.shape[1]
+    out, moving = np.zeros(slopes.shape[1]), bounds[1] > bounds[0]
+    slopes, k = slopes[:, moving], int(moving.sum())
     # the triangular factor has the same normal equations and is small
     whole = np.vstack([np.column_stack([slopes, -residuals]), np.zeros((k, k + 1))])
     whole[-k:, :k] = np.sqrt(damping) * np.eye(k)
     factor = np.linalg.qr(whole).R
-    upper = np.maximum(bounds[1], bounds[0] + 1e-12)
-    solved = lsq_linear(factor[:, :k], factor[:, k], bounds=(bounds[0], upper))
-    return np.asarray(solved.x, dtype=float)
+    lower, upper = bounds[0][moving], bounds[1][moving]
+    out[moving] = lsq_linear(factor[:, :k], factor[:, k], bounds=(lower, upper)).x
+    return out

@@ -7,7 +7,7 @@ some twenty, each with the noise that is left in it: neither drowns the other.
 """
 
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import pairwise
 
 import numpy as np
@@ -49,6 +49,7 @@ class Sampled:
         noise_V: of one sample of the test.
         start_V: about the open-circuit voltage at the start,
         start_sigma_V: and how well that is known.
+        missed_V: (m,) what coarse steps and mesh miss there, added to what is simulated.
     """
 
     name: str
@@ -61,6 +62,11 @@ class Sampled:
     noise_V: float
     start_V: float
     start_sigma_V: float
+    missed_V: FloatArray | float = 0.0
+
+    def as_expected(self) -> "Sampled":
+        """The same before anything was fitted to it."""
+        return replace(self, sigma_V=expected_V(self.noise_V, self.count), missed_V=0.0)
 
 
 def sampled(test: ReferenceTest, capacity_C: float) -> Sampled:
@@ -110,7 +116,7 @@ def sampled(test: ReferenceTest, capacity_C: float) -> Sampled:
 
 def expected_V(noise_V: float, count: FloatArray) -> FloatArray:
     """(m,) standard deviation of measured minus simulated, of means of `count` (m,) samples."""
-    return np.sqrt(noise_V**2 / count + FLOOR_V**2)
+    return np.asarray(np.sqrt(noise_V**2 / count + FLOOR_V**2))
 
 
 def kept_samples(

@@ -1,9 +1,10 @@
 """From tests to a calibrated cell: `fit` step by step, `conclude` at the end.
 
 First the stoichiometry windows and the capacity from the slowest test, which shows little else;
-then all parameters by least squares from there. Where that leaves more than the noise explains, a
-search of the whole box, and least squares once more from what it found. Last, where the slow test
-demands it and all agree, a correction of the open-circuit curve.
+then all parameters by least squares from there. Where that leaves more than the noise explains,
+once more with salt that lasts; then a search of the whole box, and least squares from what it
+found. Then `settle.py`. Last, where the slow test demands it and all agree, a correction of the
+open-circuit curve.
 """
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
@@ -14,7 +15,7 @@ import numpy as np
 import numpy.typing as npt
 
 from twin.calibrate.advice import Advice, advise
-from twin.calibrate.answer import Answer, answer, excess_of
+from twin.calibrate.answer import Answer, answer
 from twin.calibrate.cell_map import Infeasible
 from twin.calibrate.checks import Fitted, fitted, predicted
 from twin.calibrate.information import Information, information
@@ -24,18 +25,19 @@ from twin.calibrate.parameters import EMPTY_ENDS
 from twin.calibrate.polish import Polished, polish
 from twin.calibrate.reference import ReferenceTest, left_unknown
 from twin.calibrate.resample import sampled
+from twin.calibrate.settle import Settled, least_squares, weighed
 from twin.calibrate.table import CalibrationError
 from twin.pack import Pack
 
 FloatArray = npt.NDArray[np.float64]
 
 WINDOWS = ("negative.stoichiometry_max", *EMPTY_ENDS, "capacity_C", "series_resistance_ohm")
-SEARCH = "search"
+LEAST_SQUARES, SEARCH = "least squares", "search"
 CORRECTION = "open-circuit curve"
 ADVICE = "further tests worth making"
 STARTS = (0.0, -1.5, 1.5)  # of the first of WINDOWS
 EXPLAINED = 1.3  # mean square of the residuals over what was expected: nothing to search for
-SLIGHT = 0.2  # more noise than was expected in a test, relative: not worth another fit
+SALT, MORE_SALT = "electrolyte.diffusivity_factor", 1.5  # standard deviations, of a second start
 WHOLE_TEST = 0.5  # of the capacity: a test that draws less shows no window
 
 
@@ -80,7 +82,8 @@ class Progress:
 
     Attributes:
         stage: what is being done, in a word or two.
-        problem: whose coordinates they are; its tests weigh less where the model misses them.
+        problem: whose coordinates they are; its tests weigh less where the model misses them, and
+            at the end what they do not tell is held.
         q: (k,) coordinates.
         cost: half the sum of squared residuals of `problem`.
         rms_V: measured minus simulated, root mean square over the compared samples.
@@ -156,7 +159,8 @@ def fit(
     for best in _fresh(problem) if start is None else _polished(problem, _from(problem, start)):
         yield best
     assert best is not None
-    if search is None or best.cost < EXPLAINED * 0.5 * sum(t.at.size for t in problem.tests):
+    problem = best.problem
+    if search is None or _explained(best):
         yield from _finished(best)
         return
     low, high = problem.bounds
@@ -166,20 +170,20 @@ def fit(
             best = _progress(problem, SEARCH, low + found.point * (high - low), found.cost)
         yield replace(best, stage=SEARCH, evaluations=found.evaluations, algorithm=found.algorithm)
     for polished in _polished(problem, best.q):
-        if polished.cost <= best.cost:
+        if polished.problem is not problem or polished.cost <= best.cost:
             yield (best := polished)
     yield from _finished(best)
 
 
-def _finished(best: Progress) -> Iterator[Progress]:
-    """Tests weighed anew; then the open-circuit curve corrected, where they demand it.
+def _finished(start: Progress) -> Iterator[Progress]:
+    """`weighed`; then the open-circuit curve corrected, where the tests demand it.
 
     All else stays as it was fitted without the correction: losses that are fitted once more, to
     tests that say little about them, follow what it leaves. It is kept if the tests together are
     followed better with it.
     """
-    steps = _reweighted(best)
-    for best in steps:
+    best = start
+    for best in _weighed(start):
         yield best
     found = demanded(best.problem, best.q)
     if found is not None:
@@ -196,23 +200,6 @@ def _mean_square_V2(at: Progress) -> float:
     parts = np.split(residuals[: stops[-1]], stops[:-1])
     squares = [np.mean((r * t.sigma_V) ** 2) for t, r in zip(tests, parts, strict=True)]
     return float(np.mean(squares))
-
-
-def _reweighted(best: Progress) -> Iterator[Progress]:
-    """Least squares again, tests weighed by what the model misses in them.
-
-    What was expected of the residuals knows of noise alone. Where the model itself is off, and the
-    same way in many samples, they would drive parameters far from their prior to no purpose. Once:
-    a test that weighs less is missed by more, so weights that are repeated run away.
-    """
-    problem = best.problem
-    scale = np.sqrt(excess_of(problem, problem.residuals(best.q)))
-    tests = [
-        replace(t, sigma_V=t.sigma_V * max(1.0, s))
-        for t, s in zip(problem.tests, scale.tolist(), strict=True)
-    ]
-    if scale.max() > 1.0 + SLIGHT:
-        yield from _polished(problem.of_other_tests(tests), best.q)
 
 
 def conclusions(
@@ -272,7 +259,27 @@ def _fresh(problem: Problem) -> Iterator[Progress]:
     for best in _windows(problem):
         yield best
     assert best is not None
-    yield from _polished(problem, best.q)
+    start = best.q
+    for best in _polished(problem, start):
+        yield best
+    if not _explained(best):
+        for other in _polished(problem, _plentiful(problem, start)):
+            if other.cost < best.cost:
+                yield (best := other)
+
+
+def _explained(best: Progress) -> bool:
+    """Little is left but noise."""
+    return best.cost < EXPLAINED * 0.5 * sum(t.at.size for t in best.problem.tests)
+
+
+def _plentiful(problem: Problem, q: FloatArray) -> FloatArray:
+    """`q` with salt that lasts: least squares stop where it runs out, for there a run ends."""
+    out = q.copy()
+    for k, p in enumerate(problem.parameters):
+        if p.name == SALT:
+            out[k] += MORE_SALT
+    return np.asarray(np.clip(out, *problem.bounds))
 
 
 def _windows(problem: Problem) -> Iterator[Progress]:
@@ -309,8 +316,13 @@ def _last(problem: Problem, start: FloatArray) -> list[Polished]:
 
 
 def _polished(problem: Problem, q: FloatArray) -> Iterator[Progress]:
-    for polished in polish(problem, q):
-        yield _progress(problem, "least squares", polished.q, polished.cost)
+    for s in least_squares(problem, q):
+        yield _progress(s.problem, LEAST_SQUARES, s.q, s.cost)
+
+
+def _weighed(best: Progress) -> Iterator[Progress]:
+    for s in weighed(Settled(best.problem, best.q, best.cost)):
+        yield _progress(s.problem, LEAST_SQUARES, s.q, s.cost)
 
 
 def _slowest(problem: Problem) -> int:

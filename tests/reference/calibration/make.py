@@ -27,7 +27,7 @@ from twin.constants import ZERO_CELSIUS_K
 MESHES = {
     ("lipo_2200", "test"): (Mesh(layer=8, particle=24), Mesh(layer=12, particle=36)),
     ("lipo_2200", "flight"): (Mesh(layer=8, particle=24), Mesh(layer=12, particle=36)),
-    ("lg_m50", "test"): (Mesh(layer=24, particle=72), Mesh(layer=36, particle=108)),
+    ("lg_m50", "test"): (Mesh(layer=36, particle=72), Mesh(layer=54, particle=108)),
     ("lg_m50", "flight"): (Mesh(layer=18, particle=60), Mesh(layer=27, particle=90)),
 }
 

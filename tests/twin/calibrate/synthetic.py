@@ -1,13 +1,17 @@
 """Tests of a cell with known parameters, made by the twin itself: truth without model error."""
 
+from dataclasses import replace
+
 import numpy as np
 import numpy.typing as npt
 
 from twin.builtin import load_cell
-from twin.calibrate.cell_map import Infeasible
+from twin.calibrate.cell_map import FILLERS, Infeasible
 from twin.calibrate.objective import Problem
 from twin.calibrate.reference import ReferenceTest
+from twin.calibrate.refine import PARTS, refined
 from twin.calibrate.run import problem_of
+from twin.load import Load
 from twin.pack import Pack
 
 FloatArray = npt.NDArray[np.float64]
@@ -54,37 +58,65 @@ def empty_tests(pack: Pack, names: tuple[str, ...] = tuple(PROTOCOLS)) -> list[R
     return out
 
 
-def drawn_cell(problem: Problem, seed: int) -> FloatArray:
-    """Coordinates drawn from the prior, again until a cell has them; tests start full."""
-    random = np.random.default_rng(seed)
+def drawn_cell(problem: Problem, random: np.random.Generator) -> FloatArray:
+    """Coordinates drawn from the prior, that of the fillers included; tests start full.
+
+    By rejection: a cell is kept with the probability that its fillers have over that of the
+    likeliest.
+    """
     low, high = problem.bounds
     starts = np.array([p.name.startswith("start_V") for p in problem.parameters])
     while True:
         q = np.where(starts, 0.0, random.standard_normal(low.size))
         try:
-            derived = problem.mapped(q, 0).derived
+            mapped = problem.mapped(q, 0)
         except Infeasible:
             continue
-        if (q >= low).all() and (q <= high).all() and derived[2:4].min() > 0:
+        fillers = mapped.derived[FILLERS]
+        kept = np.log(random.random()) < -0.5 * float(np.sum(problem.missed_fillers(mapped) ** 2))
+        if kept and (q >= low).all() and (q <= high).all() and fillers.min() > 0:
             return q
 
 
 def measured(
     pack: Pack, seed: int, names: tuple[str, ...] = tuple(PROTOCOLS)
 ) -> tuple[list[ReferenceTest], FloatArray, Problem]:
-    """Noisy tests of a drawn cell, each up to the lower cut-off, and the truth."""
+    """Noisy tests of a drawn cell, each up to the lower cut-off, and the truth.
+
+    Drawn again where the cell does not deliver a test: its salt is used up before the cut-off.
+    """
     blank = empty_tests(pack, names)
     problem = problem_of(pack, blank)
-    q = drawn_cell(problem, seed)
-    random = np.random.default_rng(1000 + seed)
-    out = []
-    for test in blank:
-        voltage_V = problem.replayed(q, test, pack.cell.upper_cut_off_V)
-        over = ~(voltage_V >= pack.cell.lower_cut_off_V)
-        stop = int(np.argmax(over)) if over.any() else voltage_V.size
-        noisy = voltage_V[:stop] + NOISE_V * random.standard_normal(stop)
-        out.append(
-            ReferenceTest(name=test.name, time_s=test.time_s[:stop],
-                          current_A=test.current_A[:stop], voltage_V=noisy)
-        )  # fmt: skip
+    random = np.random.default_rng(seed)
+    parts: list[FloatArray] | None = None
+    while parts is None:
+        q = drawn_cell(problem, random)
+        parts = _delivered(problem, q, blank)
+    noise = np.random.default_rng(1000 + seed)
+    out = [
+        ReferenceTest(
+            name=test.name, time_s=test.time_s[: v.size], current_A=test.current_A[: v.size],
+            voltage_V=v + NOISE_V * noise.standard_normal(v.size),
+        )
+        for test, v in zip(blank, parts, strict=True)
+    ]  # fmt: skip
     return out, q, problem
+
+
+def _delivered(
+    problem: Problem, q: FloatArray, tests: list[ReferenceTest]
+) -> list[FloatArray] | None:
+    """Voltages up to the lower cut-off or the end; None if a test comes to neither."""
+    cell, out = problem.pack.cell, []
+    for test in tests:
+        load = refined(Load(time_s=test.time_s, current_A=test.current_A, between=test.between))
+        fine = replace(
+            test, time_s=load.time_s, current_A=load.current_A, voltage_V=0 * load.time_s
+        )
+        voltage_V = problem.replayed(q, fine, cell.upper_cut_off_V)[::PARTS]
+        over = ~(voltage_V >= cell.lower_cut_off_V)
+        stop = int(np.argmax(over)) if over.any() else voltage_V.size
+        if stop < voltage_V.size and np.isnan(voltage_V[stop]):
+            return None
+        out.append(voltage_V[:stop])
+    return out

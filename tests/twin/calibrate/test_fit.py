@@ -10,7 +10,7 @@ import pytest
 
 from tests.twin.calibrate.synthetic import cell_pack, measured
 from twin.calibrate.answer import Verdict, correlation_time
-from twin.calibrate.checks import Fitted, rms
+from twin.calibrate.checks import Fitted, predicted, rms
 from twin.calibrate.objective import Problem
 from twin.calibrate.reference import ReferenceTest
 from twin.calibrate.run import (
@@ -66,9 +66,12 @@ def test_a_held_out_test_is_predicted_far_better_than_by_the_cell_to_start_from(
 
 def test_the_truth_lies_within_the_errors_that_are_stated() -> None:
     found, truth, blank = calibrated()
-    for estimate, parameter, q in zip(found.answer.estimates, blank.parameters, truth, strict=True):
+    std = np.sqrt(np.diag(found.answer.covariance)).tolist()
+    for estimate, parameter, q, error in zip(
+        found.answer.estimates, blank.parameters, truth, std, strict=True
+    ):
         assert estimate.name == parameter.name
-        off = (parameter.coordinate(estimate.value) - q) / estimate.left_of_prior
+        off = (parameter.coordinate(estimate.value) - q) / error
         assert abs(off) < 3.5, estimate.name  # of 19 normal numbers one in a hundred such sets
     for estimate, value in zip(found.answer.derived, blank.mapped(truth, 0).derived, strict=True):
         assert abs(estimate.value - value) < 3.5 * estimate.std, estimate.name
@@ -81,6 +84,12 @@ def test_what_the_tests_do_not_show_is_said_to_be_the_prior() -> None:
     assert verdicts["separator.porosity"] is Verdict.PRIOR
     assert verdicts["capacity_C"] is Verdict.IDENTIFIED
     assert verdicts["negative.stoichiometry_max"] is Verdict.IDENTIFIED
+    assert "negative.conductivity_S_m" in found.answer.held
+    for e in found.answer.estimates:
+        if e.name in found.answer.held:
+            assert e.verdict is Verdict.PRIOR
+            assert (e.value, e.left_of_prior) == pytest.approx((e.prior, 1.0), rel=1e-9)
+            assert e.lower < e.prior < e.upper
     assert len(found.answer.stiff) + len(found.answer.sloppy) == len(found.answer.names)
     assert found.answer.stiff[0].std < 0.01
     assert np.diag(found.answer.correlations) == pytest.approx(np.ones(len(found.q)))
@@ -95,10 +104,21 @@ def test_advice_is_a_test_that_shows_what_is_not_known() -> None:
     assert min(gain.values()) > 0
 
 
+def test_a_held_out_test_is_predicted_from_the_others_alone() -> None:
+    found = calibrated()[0]
+    tests = [_as_test(f) for f in found.fitted]
+    slow, fast = found.problem.tests
+    other = [replace(slow, sigma_V=3 * slow.sigma_V, missed_V=1e-3), fast]  # as of another fit
+    weighed = found.problem.of_other_tests(other).holding(["capacity_C"])
+    assert found.fitted[1].held_out_V is not None
+    *_, got = predicted(weighed, found.q, tests, 1)
+    assert np.array_equal(got, found.fitted[1].held_out_V)
+
+
 def test_an_earlier_fit_is_gone_on_from() -> None:
     found = calibrated()[0]
     steps = list(fit(found.problem, start=values_by_name(found.problem, found.q)))
-    assert len(steps) <= 3
+    assert len(steps) <= 8  # three fits, of one step or two and the point they start from
     assert steps[-1].q == pytest.approx(found.q, abs=0.05)
 
 

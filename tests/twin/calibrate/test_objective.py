@@ -10,6 +10,9 @@ from tests.twin.calibrate.synthetic import cell_pack, measured
 from twin.bpx_file import open_circuit_V
 from twin.calibrate.cell_map import Infeasible
 from twin.calibrate.objective import Problem
+from twin.calibrate.polish import polish
+from twin.calibrate.reference import ReferenceTest
+from twin.calibrate.refine import PARTS, refined
 from twin.calibrate.run import problem_of
 from twin.constants import FARADAY_C_mol
 
@@ -83,6 +86,38 @@ def test_whoever_comes_further_is_better() -> None:
         costs.append(problem.cost(q))
     assert costs == sorted(costs)
     assert costs[0] < 1e-2 * costs[1]
+
+
+def test_what_coarse_steps_and_mesh_miss_is_added() -> None:
+    problem, truth = case("lg_m50")
+    sample = problem.tests[0]
+    load = refined(sample.load)
+    fine = ReferenceTest(
+        name="fine", time_s=load.time_s, current_A=load.current_A, voltage_V=0 * load.time_s
+    )
+    start_V = float(problem.values(truth)[-1])
+    exact_V = problem.replayed(truth, fine, start_V)[::PARTS][sample.at]
+    there = problem.refined(truth)
+    assert there.simulated(truth, 0).voltage_V == pytest.approx(exact_V, abs=1e-9)
+    coarse_V = problem.simulated(truth, 0).voltage_V
+    assert np.sqrt(np.mean((coarse_V - exact_V) ** 2)) > 1e-4  # twenty times what a fit can tell
+    near = truth + 0.02  # what is missed is nearly the same there
+    again = there.simulated(near, 0).voltage_V - there.refined(near).simulated(near, 0).voltage_V
+    assert np.sqrt(np.mean(again**2)) < 2e-5
+    residuals, slopes = there.linearised(truth)
+    assert residuals == pytest.approx(there.residuals(truth))
+    assert slopes == pytest.approx(problem.linearised(truth)[1])
+
+
+def test_what_is_held_stays_at_its_prior() -> None:
+    problem, truth = case()
+    held = problem.holding(["separator.porosity"])
+    assert held.held.sum() == 1
+    *_, last = polish(held, np.where(held.held, 0.0, truth))
+    assert last.q[held.held] == 0.0
+    assert np.abs(last.q[~held.held]).min() > 0
+    assert not problem.of_other_tests(problem.tests).held.any()
+    assert held.of_other_tests(problem.tests).held.sum() == 1
 
 
 def test_values_that_no_cell_has_are_told() -> None:
