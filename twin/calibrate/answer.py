@@ -16,7 +16,7 @@ import numpy as np
 import numpy.typing as npt
 
 from twin.calibrate.objective import Problem
-from twin.calibrate.parameters import Scale
+from twin.calibrate.parameters import Parameter, Scale
 
 FloatArray = npt.NDArray[np.float64]
 
@@ -123,9 +123,9 @@ def answer(problem: Problem, q: FloatArray) -> Answer:
         information += own / (square * times)
     bread = np.linalg.inv(slopes.T @ slopes)
     covariance = bread @ meat @ bread
-    stiff, sloppy = _combinations(information, [p.name for p in problem.parameters])
+    stiff, sloppy = combinations(information, [p.name for p in problem.parameters])
     return Answer(
-        estimates=_estimates(problem, q, np.sqrt(np.diag(covariance))),
+        estimates=estimated(problem.parameters, q, np.sqrt(np.diag(covariance))),
         derived=_derived(problem, q, covariance),
         names=tuple(p.name for p in problem.parameters),
         covariance=covariance,
@@ -161,13 +161,15 @@ def _parts(sizes: Sequence[int]) -> list[slice]:
     return [slice(a, b) for a, b in pairwise(ends)]
 
 
-def _estimates(problem: Problem, q: FloatArray, std: FloatArray) -> tuple[Estimate, ...]:
-    low, high = problem.bounds
+def estimated(
+    parameters: Sequence[Parameter], q: FloatArray, std: FloatArray
+) -> tuple[Estimate, ...]:
+    """Of (k,) coordinates with their standard errors."""
     out = []
-    for k, p in enumerate(problem.parameters):
-        value, error = p.value(float(q[k])), float(std[k])
-        near = min(q[k] - low[k], high[k] - q[k]) < AT_BOUND * error
-        ends = (max(q[k] - NINETY * error, low[k]), min(q[k] + NINETY * error, high[k]))
+    for k, p in enumerate(parameters):
+        value, error, (low, high) = p.value(float(q[k])), float(std[k]), p.bounds
+        near = min(q[k] - low, high - q[k]) < AT_BOUND * error
+        ends = (max(q[k] - NINETY * error, low), min(q[k] + NINETY * error, high))
         estimate = Estimate(
             name=p.name,
             unit=p.unit,
@@ -220,7 +222,7 @@ def _derived(problem: Problem, q: FloatArray, covariance: FloatArray) -> tuple[E
     )
 
 
-def _combinations(
+def combinations(
     information: FloatArray, names: Sequence[str]
 ) -> tuple[tuple[Combination, ...], tuple[Combination, ...]]:
     """Stiff and sloppy: eigenvectors of what the data tell, apart at what the prior tells."""
