@@ -43,6 +43,7 @@ class Regime:
         rest_s: before the charge, and after it; 0 for none.
         charge_rate: of the constant current, in 1/h of the capacity when new.
         until_rate: at which the constant voltage ends, likewise.
+        full_V: of the constant voltage, of a mean cell; None for its upper cut-off.
     """
 
     load: Load
@@ -50,6 +51,7 @@ class Regime:
     rest_s: float = 1800.0
     charge_rate: float = 1.0
     until_rate: float = 0.05
+    full_V: float | None = None
 
     def __post_init__(self) -> None:
         if not 0 <= self.rest_s < np.inf:
@@ -59,6 +61,8 @@ class Regime:
                 f"until_rate = {self.until_rate}, charge_rate = {self.charge_rate}: "
                 "expected positive numbers, the first no more than the second"
             )
+        if self.full_V is not None and not 0 < self.full_V < np.inf:
+            raise ProtocolError(f"full_V = {self.full_V}: expected a positive number")
         if (charge_C := self.load.charge_C()) <= 0:
             raise ProtocolError(
                 f"the load draws {charge_C:.3g} C, but a flight discharges the pack "
@@ -123,15 +127,25 @@ def age(pack: Pack, regime: Regime, *, after: Aged | None = None) -> Iterator[Ag
     """
     examiner = Examiner(pack)
     if after is None:
-        first = _Running(pack, regime, examiner.new, 0.0, 0.0)
-        first.charge()
-        yield (after := first.end(0, examiner))
+        yield (after := first_charge(pack, regime, examiner))
     while after.cycle.status is Status.DONE:
-        going = _Running(pack, regime, after.state, after.cycle.time_s, after.net_charge_C)
-        going.fly()
-        going.rest()
-        going.charge()
-        yield (after := going.end(after.cycle.number + 1, examiner))
+        yield (after := one_cycle(pack, regime, examiner, after))
+
+
+def first_charge(pack: Pack, regime: Regime, examiner: Examiner) -> Aged:
+    """Cycle 0."""
+    first = _Running(pack, regime, examiner.new, 0.0, 0.0)
+    first.charge()
+    return first.end(0, examiner)
+
+
+def one_cycle(pack: Pack, regime: Regime, examiner: Examiner, after: Aged) -> Aged:
+    """The cycle that follows."""
+    going = _Running(pack, regime, after.state, after.cycle.time_s, after.net_charge_C)
+    going.fly()
+    going.rest()
+    going.charge()
+    return going.end(after.cycle.number + 1, examiner)
 
 
 class _Running:
@@ -168,7 +182,10 @@ class _Running:
         """Constant current, constant voltage, and a rest."""
         if self._status is Status.DONE:
             regime = self._regime
-            steps = charge_cc_cv(self._pack, rate=regime.charge_rate, until_rate=regime.until_rate)
+            whole_V = None if regime.full_V is None else regime.full_V * self._pack.series
+            steps = charge_cc_cv(
+                self._pack, rate=regime.charge_rate, until_rate=regime.until_rate, voltage_V=whole_V
+            )
             self._charged_C = -sum(s.charge_C for s in self._do("charge", *steps).steps)
         self.rest()
 

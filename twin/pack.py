@@ -29,6 +29,8 @@ from twin.parameters import (
 FloatArray = npt.NDArray[np.float64]
 
 OKANE_2022 = Mechanics()
+OVERFULL = 1.1
+"""Most of the window in one cell: a charger sees the pack, and some cells end above their share."""
 
 
 class PackError(ValueError):
@@ -98,10 +100,10 @@ class Pack:
             raise PackError(f"capacity_C = {self.capacity_C}: expected a positive number")
         check_weak(self.weak, self.series)
         for weak in self.weak:
-            if not 0.0 <= self.initial_soc + weak.soc_offset <= 1.0:
+            if not 0.0 <= self.initial_soc + weak.soc_offset <= OVERFULL:
                 raise PackError(
                     f"weak_cell: soc_offset = {weak.soc_offset} beside initial_soc = "
-                    f"{self.initial_soc}: expected 0 to 1 together"
+                    f"{self.initial_soc}: expected 0 to {OVERFULL} together"
                 )
 
     @property

@@ -7,6 +7,7 @@ from pathlib import Path
 import click
 
 from analyze.interrupt import held, leave_with
+from analyze.workbench.regime import regime_options
 
 CELSIUS = -73.0, 126.0  # what a pack may have: 200 to 400 K
 AnyFile = click.Path(exists=True, dir_okay=False, path_type=Path)
@@ -147,36 +148,7 @@ def replay(**options: object) -> None:
     help="Temperatures, e.g. -10,0,25,40: one life each, in folders -10C, 0C, ... of --out; pack "
     "and air begin with it.",
 )
-@click.option(
-    "--repeat",
-    is_flag=True,
-    help="Repeat the load in each cycle until the pack is at its lower cut-off, or one of its "
-    "cells is empty.",
-)
-@click.option(
-    "--rest-s",
-    metavar="SECONDS",
-    type=click.FloatRange(min=0.0),
-    default=1800.0,
-    show_default=True,
-    help="Rest before the charge, and after it.",
-)
-@click.option(
-    "--charge-rate",
-    metavar="RATE",
-    type=click.FloatRange(min=0.0, min_open=True),
-    default=1.0,
-    show_default=True,
-    help="Constant current of the charge, in C.",
-)
-@click.option(
-    "--until-rate",
-    metavar="RATE",
-    type=click.FloatRange(min=0.0, min_open=True),
-    default=0.05,
-    show_default=True,
-    help="Current that ends the charge at constant voltage, in C.",
-)
+@regime_options
 @click.option(
     "--stop-at-capacity",
     type=click.FloatRange(min=0.0, max=1.0),
@@ -212,7 +184,7 @@ def age(**options: object) -> None:
 
 
 @main.command()
-@click.argument("tests", metavar="TEST.csv...", nargs=-1, required=True, type=AnyFile)
+@click.argument("tests", metavar="[TEST.csv...]", nargs=-1, type=AnyFile)
 @click.option("--pack", type=AnyFile, required=True, help="The pack, as pack.toml describes it.")
 @click.option(
     "--out",
@@ -250,18 +222,38 @@ def age(**options: object) -> None:
     help="Go on from the fit that lies beside --out, and with its search where there was one, "
     "even if that was killed.",
 )
+@click.option(
+    "--aged",
+    type=AnyFile,
+    metavar="LIFE.csv",
+    help='Check-ups along a life: columns "Cycle", "Capacity / Ah" and, if measured, "Resistance / '
+    'ohm". What ages the pack is fitted to them.',
+)
+@click.option(
+    "--cycle",
+    type=AnyFile,
+    metavar="LOG|PROFILE.csv",
+    help="With --aged: the load of one cycle of that life.",
+)
+@regime_options
 def calibrate(**options: object) -> None:
-    """Fit the parameters of a pack's cell to reference tests.
+    """Fit the parameters of a pack's cell to reference tests, and its ageing to a life.
 
     TEST.csv holds one test (0.1C, 2C, pulses, ...) at the terminals of the pack: columns whose
     headers name quantity and unit, such as "Test Time / s", "Current / A", "Voltage / V". The
     sign of the current is detected. The cell of the pack file is where the fit starts from, and
-    what remains where the tests tell nothing.
+    what remains where the tests tell nothing. Where there is a column for each cell, such as
+    "Cell 1 / V", its capacity, charge and resistance are told apart from those of the others.
+
+    With --aged and --cycle the life is simulated as by `twin age` (its options from --repeat on),
+    and SEI and elastic constants are fitted to its check-ups, those that act: physics under [twin]
+    in the pack file says what does. Without TEST.csv the cell stays as the pack file has it.
 
     Writes a pack file, its cell as BPX (.bpx.json), a page (.html: measured beside simulated,
     every parameter with its interval and what the tests tell of it, further tests worth making),
-    the same as numbers (.fit.json) and, where there was a search, what it evaluated
-    (.search.json, every few seconds). What an earlier calibration left there is replaced.
+    the same as numbers (.fit.json), where there was a search, what it evaluated (.search.json,
+    every few seconds), and the fit to a life (.ageing.json). What an earlier calibration
+    left there is replaced.
 
     The exit code is 0 if the fit came to its end, 2 if a file or an option cannot be used, 130
     after Ctrl-C (the best so far is written, with what was not computed named).

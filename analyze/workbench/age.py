@@ -87,6 +87,7 @@ def _begun(request: Request, drawn: Drawn, choice: PackChoice) -> Life:
         rest_s=request.rest_s,
         charge_rate=request.charge_rate,
         until_rate=request.until_rate,
+        full_V=request.charge_to,
     )
     identity = {
         "pack": pack_sha256(choice, drawn.use),
@@ -173,6 +174,7 @@ def _in_words(regime: Regime) -> str:
     return (
         f"{flown}, rest {regime.rest_s!r} s, charge {regime.charge_rate!r}C "
         f"until {regime.until_rate!r}C"
+        + ("" if regime.full_V is None else f" at {regime.full_V!r} V a cell")
     )
 
 

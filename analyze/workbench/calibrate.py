@@ -6,7 +6,8 @@ import json
 import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import ExitStack, contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from functools import partial
 from pathlib import Path
 
 import click
@@ -14,6 +15,7 @@ import click
 from analyze.checks import WrongUse, checked_pack, make_writable
 from analyze.interrupt import Asked, asked_to_stop
 from analyze.names import printable
+from analyze.workbench.aged import Life, run_life
 from analyze.workbench.calibrated_files import (
     Files,
     Frame,
@@ -23,16 +25,19 @@ from analyze.workbench.calibrated_files import (
     write_page,
 )
 from analyze.workbench.calibrated_words import print_files, print_found, print_tests
+from analyze.workbench.cells import tell_cells
 from analyze.workbench.drawn import pack_alone, pack_lines, refusing
 from analyze.workbench.search_file import going_on, read_journal
 from analyze.workbench.watch import watching
 from reports.calibration import SourceFile
+from twin.ageing import Regime
 from twin.calibrate.objective import Problem
 from twin.calibrate.polish import MOST_STEPS
 from twin.calibrate.reference import ReferenceTest, reference_test
 from twin.calibrate.run import SEARCH, Calibration, Progress, conclusions, fit, problem_of
 from twin.calibrate.search import Journal, SearchError
 from twin.calibrate.table import CalibrationError, read_test
+from twin.calibrate.unlike import part
 from twin.load import Between
 from twin.pack import Pack
 
@@ -51,16 +56,27 @@ class Request:
     resume: bool
     seed: int
     evaluations: int
+    aged: Path | None
+    cycle: Path | None
+    repeat: bool
+    rest_s: float
+    charge_rate: float
+    until_rate: float
+    charge_to: float | None
 
     def __post_init__(self) -> None:
         shown = click.format_filename(self.out)
+        if not self.tests and self.aged is None:
+            raise WrongUse("nothing to calibrate from: give reference tests, or a life with --aged")
+        if (self.aged is None) != (self.cycle is None):
+            raise WrongUse("--aged and --cycle belong together: what was found, and what was flown")
         if self.out.suffix != ".toml":
             raise WrongUse(f"--out {shown}: expected a name in .toml")
         if self.out.resolve() == self.pack.resolve():
             raise WrongUse(f"--out {shown} is the pack file to start from: give another name")
         if folder := in_the_way(self.files):
             raise WrongUse(f"{click.format_filename(folder)} is a folder: move it out of the way")
-        if self.out.exists() and not self.files.fit.exists():
+        if self.out.exists() and not (self.files.fit.exists() or self.files.ageing.exists()):
             raise WrongUse(
                 f"--out {shown} is there and not from an earlier calibration (there is no "
                 f"{self.files.fit.name} beside it): it is not replaced, give another name"
@@ -74,6 +90,29 @@ class Request:
 
 def run(request: Request) -> int:
     """Fit, write and tell; the exit code."""
+    code = _of_tests(request) if request.tests else 0
+    if request.aged is not None and code == 0:
+        life = Life(
+            check_ups=request.aged,
+            cycle=request.cycle,
+            pack=request.out if request.tests else request.pack,
+            out=request.out,
+            between=request.between,
+            regime=partial(
+                Regime,
+                repeat=request.repeat,
+                rest_s=request.rest_s,
+                charge_rate=request.charge_rate,
+                until_rate=request.until_rate,
+                full_V=request.charge_to,
+            ),
+        )
+        with _refusing():
+            return run_life(life)
+    return code
+
+
+def _of_tests(request: Request) -> int:
     choice = checked_pack(request.pack)
     with _refusing():
         pack, use, doubts = pack_alone(choice)
@@ -91,8 +130,14 @@ def run(request: Request) -> int:
     with asked_to_stop("step") as stop, _refusing():
         best = _fitted(request, problem, start, journal, stop)
         whole = not stop()
+        parted = part(best, tests, parallel=pack.parallel, soc=use.initial_soc) if whole else None
+        if parted:
+            best, tests = parted.best, list(parted.tests)
+            frame = replace(frame, unlike=parted.unlike)
         found = _concluded(request, best, tests, frame, journal, stop)
         write_page(request.files, found, frame, journal)
+    if parted:
+        tell_cells(parted.unlike)
     print_found(found, tests)
     print_files(request.files)
     if whole and not found.missing:

@@ -4,11 +4,13 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from analyze.version import version
+from analyze.workbench.cells import cells_document
 from reports.calibration import CalibrationReport, SourceFile, calibration_page
 from reports.render import render
 from twin.calibrate.out import cell_text, fit_text, pack_text
 from twin.calibrate.run import Calibration
 from twin.calibrate.search import Journal
+from twin.calibrate.unlike import Unlike
 from twin.pack import Pack
 from twin.pack_file import PackFile
 from twin.whole_file import write_whole
@@ -35,6 +37,11 @@ class Files:
         return self.pack.with_suffix(".fit.json")
 
     @property
+    def ageing(self) -> Path:
+        """The fit to a life, where there was one."""
+        return self.pack.with_suffix(".ageing.json")
+
+    @property
     def page(self) -> Path:
         """The same for a person."""
         return self.pack.with_suffix(".html")
@@ -55,6 +62,7 @@ class Frame:
         tests: as they were given.
         seed: of the search.
         doubts: of the pack's cell.
+        unlike: the cells beside it, where their voltages were measured.
     """
 
     pack: Pack
@@ -62,6 +70,7 @@ class Frame:
     tests: tuple[SourceFile, ...]
     seed: int
     doubts: tuple[str, ...]
+    unlike: Unlike | None = None
 
 
 def in_the_way(files: Files) -> Path | None:
@@ -73,9 +82,12 @@ def in_the_way(files: Files) -> Path | None:
 def write_fit(files: Files, found: Calibration, frame: Frame, journal: Journal) -> None:
     """All but the page; an earlier page goes, for it is no longer that of this fit."""
     files.page.unlink(missing_ok=True)
-    write_whole(files.fit, fit_text(found))
+    unlike = frame.unlike
+    write_whole(files.fit, fit_text(found, {"cells": cells_document(unlike)} if unlike else None))
     write_whole(files.cell, cell_text(found))
-    write_whole(files.pack, pack_text(found, frame.pack, frame.file, cell=files.cell.name))
+    weak = unlike.weak if unlike else ()
+    text = pack_text(found, frame.pack, frame.file, cell=files.cell.name, weak=weak)
+    write_whole(files.pack, text)
     keep_search(files, journal)
 
 

@@ -27,6 +27,7 @@ class Request(Ask):
     rest_s: float
     charge_rate: float
     until_rate: float
+    charge_to: float | None
     stop_at_capacity: float | None
     resume: bool
     ambient_c: tuple[float, ...] | None = None

@@ -310,3 +310,43 @@ def test_what_least_squares_leave_is_searched_and_an_interrupted_search_gone_on_
     result = call(tmp_path, file, "--resume", "--evaluations", "0")
     assert (result.exit_code, "evaluations" in result.output) == (0, False), result.output
     assert json.loads(kept.read_text()) == after
+
+
+LIFE = "Cycle,Capacity / Ah\n0,2.190\n2,2.182\n4,2.178\n"
+PROFILE = "Test Time / s,Current / A\n0,3.3\n600,3.3\n"
+AGED = '[pack]\nname = "p"\ncell = "lipo_2200"\nseries = 2\n[twin]\nphysics = ["sei"]\n'
+AGED += "[effects.sei]\nsolvent_diffusivity_m2_s = 2e-20\n"
+
+
+def put_life(folder: Path) -> list[str]:
+    (folder / "life.csv").write_text(LIFE)
+    (folder / "profile.csv").write_text(PROFILE)
+    return ["--aged", str(folder / "life.csv"), "--cycle", str(folder / "profile.csv")]
+
+
+def test_a_life_alone_gives_a_pack_file_that_ages_so(tmp_path: Path) -> None:
+    result = call(tmp_path, *put_life(tmp_path), pack=AGED)
+    assert result.exit_code == 0, result.output
+    assert "3 check-ups, 4 cycles of profile.csv" in result.output
+    assert "this life does not tell sei.resistivity_ohm_m" in result.output
+    out = tmp_path / "out"
+    told = json.loads((out / "new.ageing.json").read_text())
+    values = {p["name"]: p["value"] for p in told["parameters"]}
+    sei = tomllib.loads((out / "new.toml").read_text())["effects"]["sei"]
+    assert sei["solvent_diffusivity_m2_s"] == values["sei.solvent_diffusivity_m2_s"] > 2e-20
+    read_pack(out / "new.toml")
+
+
+@pytest.mark.parametrize(
+    ("arguments", "said"),
+    [
+        ([], "nothing to calibrate from"),
+        (["--aged", "life.csv"], "--aged and --cycle belong together"),
+    ],
+)
+def test_half_a_life_is_refused(tmp_path: Path, arguments: list[str], said: str) -> None:
+    put_life(tmp_path)
+    given = [str(tmp_path / a) if a.endswith(".csv") else a for a in arguments]
+    result = call(tmp_path, *given, pack=AGED)
+    assert result.exit_code == 2
+    assert said in result.output

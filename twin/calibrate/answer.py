@@ -20,7 +20,7 @@ import numpy as np
 import numpy.typing as npt
 
 from twin.calibrate.objective import Problem
-from twin.calibrate.parameters import Scale
+from twin.calibrate.parameters import Parameter, Scale
 
 FloatArray = npt.NDArray[np.float64]
 
@@ -137,9 +137,11 @@ def answer(problem: Problem, q: FloatArray) -> Answer:
     names = tuple(p.name for p in problem.parameters)
     covariance = _covariance(told, problem.held)
     prior = np.asarray(np.linalg.inv(told.prior))
-    stiff, sloppy = _combinations(told.data, names)
+    stiff, sloppy = combinations(told.data, names)
     return Answer(
-        estimates=_estimates(problem, q, np.sqrt(np.diag(covariance)), np.sqrt(np.diag(prior))),
+        estimates=estimated(
+            problem.parameters, q, np.sqrt(np.diag(covariance)), np.sqrt(np.diag(prior))
+        ),
         derived=_derived(problem, q, covariance, prior),
         names=names,
         covariance=covariance,
@@ -230,11 +232,12 @@ def _parts(sizes: Sequence[int]) -> list[slice]:
     return [slice(a, b) for a, b in pairwise(ends)]
 
 
-def _estimates(
-    problem: Problem, q: FloatArray, std: FloatArray, prior_std: FloatArray
+def estimated(
+    parameters: Sequence[Parameter], q: FloatArray, std: FloatArray, prior_std: FloatArray
 ) -> tuple[Estimate, ...]:
+    """Of (k,) coordinates with their standard errors, and those of the prior."""
     out = []
-    for k, p in enumerate(problem.parameters):
+    for k, p in enumerate(parameters):
         value, error = p.value(float(q[k])), float(std[k])
         (low, high), left = p.bounds, error / float(prior_std[k])
         near = min(q[k] - low, high - q[k]) < AT_BOUND * error
@@ -292,7 +295,7 @@ def _derived(
     )
 
 
-def _combinations(
+def combinations(
     information: FloatArray, names: Sequence[str]
 ) -> tuple[tuple[Combination, ...], tuple[Combination, ...]]:
     """Stiff and sloppy: eigenvectors of what the data tell, apart at what the prior tells."""

@@ -20,13 +20,12 @@ from scipy.optimize import brentq
 from twin.bpx_file import open_circuit_V
 from twin.calibrate.parameters import EMPTY_ENDS, HALF_FULL, middle_diffusivity_m2_s
 from twin.constants import FARADAY_C_mol
-from twin.pack import Pack
+from twin.pack import OVERFULL, Pack
 
 FloatArray = npt.NDArray[np.float64]
 
 SIDES = ("negative", "positive")
 EDGE = 1e-4  # of stoichiometry: no window goes closer to full or empty
-OVERFULL = 1.1  # largest state of charge at the start of a test
 START_V = "start_V"
 FILLERS = slice(2, 4)
 """Where the fillers stand among what is derived."""

@@ -179,14 +179,18 @@ class Problem:
         by_q = self.chain(q, mapped.by_values, test)
         names, start = _start_names(self._map.directions, mapped.numbers["initial_soc"])
         used = np.flatnonzero(np.abs(by_q).max(axis=1) > 0)
+        response = self.response(mapped.numbers, test, [names[i] for i in used])
+        assert response.by_q is not None
+        return replace(response, by_q=(response.by_q / start[used]) @ by_q[used])
+
+    def response(self, numbers: Mapping[str, float], test: int, names: Sequence[str]) -> Simulated:
+        """The test number `test` with these numbers of the kernel, and derivatives by `names`."""
+        sample = self.tests[test]
         run = Run(self._wide, sample.load, DEFAULT_MESH, Backend.AUTO, None)
         given = changeable(self._wide, sample.load)
-        s = sensitivity_of(
-            run, sample.load, [names[i] for i in used], numbers=given | mapped.numbers
-        )
-        n = s.solution.voltage_V.size
-        slopes = np.zeros((sample.load.time_s.size, q.size))
-        slopes[:n] = (s.voltage / start[used]) @ by_q[used]
+        s = sensitivity_of(run, sample.load, names, numbers=given | dict(numbers))
+        slopes = np.zeros((sample.load.time_s.size, len(names)))
+        slopes[: s.solution.voltage_V.size] = s.voltage
         return Simulated(
             voltage_V=self._filled(s.solution.voltage_V, sample),
             by_q=slopes[sample.at],

@@ -1,8 +1,8 @@
 """A calibration as files: the cell (BPX), the pack that has it, the fit (JSON)."""
 
 import json
-from collections.abc import Mapping
-from dataclasses import replace
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict, replace
 from typing import Any
 
 import numpy as np
@@ -14,7 +14,7 @@ from twin.calibrate.checks import Fitted
 from twin.calibrate.ocp_correction import Correction
 from twin.calibrate.run import Calibration, values_by_name
 from twin.cell import Cell, Electrode
-from twin.effects import SeriesResistance
+from twin.effects import SeriesResistance, WeakCell
 from twin.pack import Pack
 from twin.pack_file import PackFile
 
@@ -60,8 +60,13 @@ def cell_text(found: Calibration) -> str:
     return write_bpx(calibrated_cell(found), description=description)
 
 
-def pack_text(found: Calibration, pack: Pack, file: PackFile, *, cell: str) -> str:
-    """The pack file of `pack` with the calibrated cell in the file `cell` beside it."""
+def pack_text(
+    found: Calibration, pack: Pack, file: PackFile, *, cell: str, weak: Sequence[WeakCell] = ()
+) -> str:
+    """The pack file of `pack` with the calibrated cell in the file `cell` beside it.
+
+    `weak` are the cells that differ from it.
+    """
     content = file.model_dump(exclude_none=True)
     capacity_C = values_by_name(found.problem, found.q)["capacity_C"] * pack.parallel
     content["pack"] |= {"cell": cell, "capacity_ah": capacity_C / 3600.0}
@@ -69,23 +74,37 @@ def pack_text(found: Calibration, pack: Pack, file: PackFile, *, cell: str) -> s
     physics = [id_ for id_ in (e.id for e in pack.effects) if id_ != SeriesResistance.id]
     content["twin"]["physics"] = [*dict.fromkeys(physics), SeriesResistance.id]
     content["effects"] = content["effects"] | {SeriesResistance.id: {"resistance_ohm": resistance}}
+    if weak:
+        content["twin"]["physics"].append(WeakCell.id)
+        content["effects"][WeakCell.id] = [asdict(w) for w in weak]
     return toml_text(content)
 
 
 def toml_text(content: Mapping[str, Any], above: str = "") -> str:
-    """TOML of nested tables of text, numbers, truth values and lists of them."""
-    own = {k: v for k, v in content.items() if not isinstance(v, Mapping)}
+    """TOML of nested tables and lists of tables, of text, numbers, truth values and lists."""
+    own = {k: v for k, v in content.items() if not isinstance(v, Mapping) and not _tables(v)}
     lines = [f"{k} = {json.dumps(v, ensure_ascii=False)}" for k, v in own.items()]
     head = [f"[{above}]"] if above and own else []
     text = "\n".join([*head, *lines]) + ("\n\n" if own else "")
     for name, table in content.items():
+        path = f"{above}.{name}" if above else name
         if isinstance(table, Mapping) and table:
-            text += toml_text(table, f"{above}.{name}" if above else name)
+            text += toml_text(table, path)
+        for one in table if _tables(table) else ():
+            text += toml_text(one, f"[{path}]")
     return text
 
 
-def fit_text(found: Calibration) -> str:
-    """Everything that is known of the fit, as JSON; `values` is what a later fit may go on from."""
+def _tables(value: Any) -> bool:
+    """A list of tables."""
+    return isinstance(value, list) and bool(value) and isinstance(value[0], Mapping)
+
+
+def fit_text(found: Calibration, more: Mapping[str, Any] | None = None) -> str:
+    """Everything that is known of the fit, as JSON; `values` is what a later fit may go on from.
+
+    `more` is what was found beside the cell.
+    """
     told = found.answer
     document = {
         "version": FIT_VERSION,
@@ -111,7 +130,7 @@ def fit_text(found: Calibration) -> str:
         "remarks": found.remarks,
         "missing": found.missing,
     }
-    return json.dumps(document, indent=2, allow_nan=False) + "\n"
+    return json.dumps(document | dict(more or {}), indent=2, allow_nan=False) + "\n"
 
 
 def _electrode(electrode: Electrode, side: str, numbers: Mapping[str, float]) -> Electrode:

@@ -29,6 +29,7 @@ class ReferenceTest:
         between: how the current runs between the samples.
         ambient_K: temperature of the surroundings.
         remarks: what was detected, and what this test leaves unknown.
+        cells_V: (series, n) of each cell of the pack; None where they were not measured.
     """
 
     name: str
@@ -38,6 +39,7 @@ class ReferenceTest:
     between: Between = Between.HOLD
     ambient_K: float = 298.15
     remarks: tuple[str, ...] = ()
+    cells_V: FloatArray | None = None
 
     def drawn_C(self) -> FloatArray:
         """(n,) charge drawn from the cell up to each sample."""
@@ -59,6 +61,11 @@ def reference_test(
     """
     voltage_V = table.voltage_V / pack.series
     _check_series(table, pack)
+    if table.cells_V is not None and len(table.cells_V) != pack.series:
+        raise CalibrationError(
+            f"{table.name}: voltages of {len(table.cells_V)} cells, but {pack.series} in series: "
+            "expected a column for each, or none"
+        )
     sign, said = discharge_sign(table.current_A, table.voltage_V, name=table.name)
     if table.temperature_K is not None:
         ambient_K = float(table.temperature_K[0])
@@ -70,6 +77,7 @@ def reference_test(
         between=between,
         ambient_K=ambient_K,
         remarks=(said,),
+        cells_V=table.cells_V,
     )
 
 

@@ -73,7 +73,7 @@ def sampled(test: ReferenceTest, capacity_C: float) -> Sampled:
     """`test` of a cell of about `capacity_C` with few samples that tell as much."""
     noise_V = max(noise_of(test), LEAST_NOISE_V)
     held = test.between is Between.HOLD
-    cuts = phases(test.current_A, test.voltage_V, felt_V=FLOOR_V) if held else np.array([0])
+    cuts = cuts_of(test)
     bounds = [*cuts.tolist(), test.time_s.size - 1]
     drawn_C = test.drawn_C()
     nodes: list[IntArray] = []
@@ -112,6 +112,13 @@ def sampled(test: ReferenceTest, capacity_C: float) -> Sampled:
         start_V=start_V,
         start_sigma_V=start_sigma_V,
     )  # fmt: skip
+
+
+def cuts_of(test: ReferenceTest) -> IntArray:
+    """First sample of each stretch of constant current; of a current that runs, the first alone."""
+    if test.between is not Between.HOLD:
+        return np.array([0])
+    return phases(test.current_A, test.voltage_V, felt_V=FLOOR_V)
 
 
 def expected_V(noise_V: float, count: FloatArray) -> FloatArray:

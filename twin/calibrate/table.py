@@ -28,6 +28,8 @@ LONG_UNITS = {
     "degree_c": "c", "kelvin": "k", "µs": "us", "μs": "us",
 }  # fmt: skip
 OPTIONAL = ("temperature_K",)
+CELL = re.compile(r"cell\D*(?P<number>\d{1,3})(?!\d)")
+"""In a header with the unit of a voltage: that of one cell of the pack, by its place."""
 HEADER = re.compile(r"^(?P<what>.*?)[\s_]*(?:[\[(/_]|\s)\s*(?P<unit>[a-zµμ°_]+)\s*[\])]?$")
 
 
@@ -45,6 +47,7 @@ class MeasuredTable:
         current_A: of whatever was measured, cell or pack.
         voltage_V: likewise.
         temperature_K: if there is such a column.
+        cells_V: (cells, n) of each cell in the order of their numbers, if there are such columns.
     """
 
     name: str
@@ -52,20 +55,27 @@ class MeasuredTable:
     current_A: FloatArray
     voltage_V: FloatArray
     temperature_K: FloatArray | None
+    cells_V: FloatArray | None = None
 
 
 def read_test(stream: TextIO, *, name: str) -> MeasuredTable:
     """The columns for time, current and voltage, and temperature if there is one.
 
     A header names quantity and unit: "Test Time / s", "Current [mA]", "voltage_V". Where several
-    fit, the first is taken. Lines with an empty cell in a needed column are left out.
+    fit, the first is taken. Two columns or more such as "Cell 1 / V", "cell2_mV" are the voltages
+    of the cells, whose sum is that of the pack where no other column has it. Lines with an empty
+    cell in a column that is taken are left out.
 
     Raises:
         CalibrationError: a column is missing, a cell is no number, or time does not increase.
     """
     rows = csv.reader(stream)
     header = next(rows, [])
-    places = {quantity: _column(header, quantity) for quantity in QUANTITIES}
+    of_cells = _cell_columns(header, name)
+    own = ["" if place in {p for p, _, _ in of_cells} else t for place, t in enumerate(header)]
+    places = {quantity: _column(own, quantity) for quantity in QUANTITIES}
+    if of_cells and places["voltage_V"] is None:
+        places["voltage_V"] = of_cells[0]  # until the sum is known
     for quantity, place in places.items():
         if place is None and quantity not in OPTIONAL:
             units = " or ".join(QUANTITIES[quantity][1])
@@ -73,7 +83,9 @@ def read_test(stream: TextIO, *, name: str) -> MeasuredTable:
                 f"{name}: no column for {quantity}: expected a header with quantity and unit "
                 f"({units}), such as 'Current / A'; the first line has {header}"
             )
+    summed = bool(of_cells) and places["voltage_V"] == of_cells[0]
     taken = {q: place for q, place in places.items() if place is not None}
+    taken |= {f"voltage of cell {k}": place for k, place in enumerate(of_cells, start=1)}
     lines = [(rows.line_num, row) for row in rows if _full(row, taken)]
     columns = {q: _values(lines, place, q, name) for q, place in taken.items()}
     time_s = columns["time_s"]
@@ -85,12 +97,14 @@ def read_test(stream: TextIO, *, name: str) -> MeasuredTable:
             f"{name}, line {line}: time does not exceed that of the line before "
             f"({stuck.size} such lines): leave one of each pair out"
         )
+    cells_V = np.array([v for q, v in columns.items() if q not in QUANTITIES])
     return MeasuredTable(
         name=name,
         time_s=time_s - time_s[0],
         current_A=columns["current_A"],
-        voltage_V=columns["voltage_V"],
+        voltage_V=cells_V.sum(axis=0) if summed else columns["voltage_V"],
         temperature_K=columns.get("temperature_K"),
+        cells_V=cells_V if cells_V.size else None,
     )
 
 
@@ -98,13 +112,41 @@ def _column(header: Sequence[str], quantity: str) -> tuple[int, float, float] | 
     """Place, factor and offset of the first column whose header names `quantity` with a unit."""
     words, units = QUANTITIES[quantity]
     for place, title in enumerate(header):
-        parts = HEADER.match(title.strip().lstrip("\ufeff").casefold())
-        if parts is None:
-            continue
-        unit = LONG_UNITS.get(parts["unit"], parts["unit"])
-        if unit in units and re.search(words, parts["what"]):
+        what, unit = named(title)
+        if unit in units and re.search(words, what):
             return (place, *units[unit])
     return None
+
+
+def _cell_columns(header: Sequence[str], name: str) -> list[tuple[int, float, float]]:
+    """The same of each cell's voltage, in the order of their numbers; one alone is the pack's."""
+    units = QUANTITIES["voltage_V"][1]
+    found: dict[int, tuple[int, float, float]] = {}
+    for place, title in enumerate(header):
+        what, unit = named(title)
+        if unit not in units or (cell := CELL.search(what)) is None:
+            continue
+        number = int(cell["number"])
+        if number in found:
+            raise CalibrationError(f"{name}: two columns have the voltage of cell {number}")
+        found[number] = (place, *units[unit])
+    if len(found) < 2:
+        return []  # of the only cell that was measured
+    numbers = sorted(found)
+    if numbers[-1] - numbers[0] >= len(numbers):
+        raise CalibrationError(
+            f"{name}: voltages of the cells {numbers}: expected every number from the first to the "
+            "last"
+        )
+    return [found[number] for number in numbers]
+
+
+def named(title: str) -> tuple[str, str]:
+    """What a header names, and its unit; empty if it does not fit."""
+    parts = HEADER.match(title.strip().lstrip("\ufeff").casefold())
+    if parts is None:
+        return "", ""
+    return parts["what"], LONG_UNITS.get(parts["unit"], parts["unit"])
 
 
 def _full(row: Sequence[str], taken: Mapping[str, tuple[int, float, float]]) -> bool:

@@ -20,7 +20,7 @@ class WeakCell:
         cell: place in the series, from 1; 0 where it is not known: a pack's terminals do not tell.
         capacity_factor: coated area over that of the others.
         soc_offset: state of charge at the start minus that of the others, of its own window.
-        resistance_ohm: in series with it.
+        resistance_ohm: in series with it, beyond that of the others; negative where it has less.
     """
 
     cell: int = 0
@@ -33,7 +33,7 @@ class WeakCell:
         Parameter(name="capacity_factor", unit="1", value=1.0, lower=0.1, upper=1.5, prior_std=0.1),
         Parameter(name="soc_offset", unit="1", value=0.0, lower=-1.0, upper=1.0, prior_std=0.05),
         Parameter(
-            name="resistance_ohm", unit="Ohm", value=0.0, lower=0.0, upper=0.5, prior_std=5e-3
+            name="resistance_ohm", unit="Ohm", value=0.0, lower=-0.5, upper=0.5, prior_std=5e-3
         ),
     )
     balance: ClassVar[str] = "none: one cell of the series has its own of all"
