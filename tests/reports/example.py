@@ -18,7 +18,7 @@ from twin.effects import Mechanics, SelfHeating
 from twin.load import Load
 from twin.pack import Pack
 from twin.replay import Replay
-from twin.solution import LithiumAudit, Solution, Status
+from twin.solution import Inside, LithiumAudit, Solution, Status
 
 T = np.arange(0.0, 60.0, 0.2)
 SPANS = (
@@ -161,6 +161,11 @@ def solution(status: Status = Status.DONE, samples: int = T.size) -> Solution:
         end_state=np.zeros(1),
         cell_voltage_V=np.zeros((4, samples)),
         cell_temperature_K=np.zeros((4, samples)),
+        inside=Inside(
+            anode_V=np.full(samples, 0.2),
+            negative_stress_Pa=np.zeros((2, samples)),
+            positive_stress_Pa=np.zeros((2, samples)),
+        ),
     )
 
 
