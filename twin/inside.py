@@ -21,7 +21,7 @@ def inside(pack: Pack, out: FloatArray) -> Inside:
 
 
 def _stress_Pa(pack: Pack, side: str, out: FloatArray) -> FloatArray:
-    """(2, n); which extreme of the stoichiometry is which of the stress, the sign of volume says."""
+    """(2, n); the sign of the partial volume says which extreme of the stoichiometry is which."""
     most = getattr(pack.cell, side).max_concentration_mol_m3
     names = ("modulus_Pa", "poisson", "partial_volume_m3_mol")
     elastic = (getattr(pack.mechanics, f"{side}_{name}") for name in names)
