@@ -15,6 +15,7 @@ from twin.ageing import Regime
 from twin.damage.assess import Assessment, Manoeuvre, ageing, assess
 from twin.damage.attribution import Attribution, Span, attribute
 from twin.damage.cycles import Protocol
+from twin.damage.loss import Ledger
 from twin.damage.projection import Projection, life
 from twin.damage.waveform import limited
 from twin.load import Load
@@ -52,11 +53,13 @@ class Study:
         assessment: each motion repeated, beside constant currents.
         attribution: the flight as it was flown.
         lives: only if it was thorough.
+        cyclable_C: lithium in the particles of the new pack, which shares of it are of.
     """
 
     assessment: Assessment
     attribution: Attribution
     lives: Lives | None
+    cyclable_C: float
 
 
 def study(
@@ -88,7 +91,12 @@ def study(
         ageing(pack), load, spans, formed=found.baselines.reference.end_state, waveforms=names
     )
     lives = _lives(ageing(pack), load) if thorough else None
-    return Study(assessment=found, attribution=flown, lives=lives)
+    return Study(
+        assessment=found,
+        attribution=flown,
+        lives=lives,
+        cyclable_C=Ledger(found.pack).cyclable_C,
+    )
 
 
 def _lives(pack: Pack, load: Load, share: float = 0.8) -> Lives:
