@@ -12,6 +12,8 @@ from itertools import islice
 
 import numpy as np
 import numpy.typing as npt
+from scipy.interpolate import PchipInterpolator
+from scipy.optimize import brentq
 
 from twin.ageing import Aged, Regime, age
 from twin.health import Examiner
@@ -151,9 +153,9 @@ def _projected(
     reached = error = float("nan")
     if capacity_C[-1] <= goal_C:
         k = int(np.argmax(capacity_C <= goal_C))
-        slope = (capacity_C[k] - capacity_C[k - 1]) / (flights[k] - flights[k - 1])
-        reached = float(flights[k - 1] + (goal_C - capacity_C[k - 1]) / slope)
-        error = float(doubt_C / abs(slope))
+        course = PchipInterpolator(flights, capacity_C)
+        reached = float(brentq(lambda n: course(n) - goal_C, flights[k - 1], flights[k]))
+        error = float(doubt_C / abs(course.derivative()(reached)))
     return Projection(
         flights=flights, capacity_C=capacity_C, reached=reached, error=error, ended=ended
     )

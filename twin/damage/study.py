@@ -90,7 +90,7 @@ def study(
     flown = attribute(
         ageing(pack), load, spans, formed=found.baselines.reference.end_state, waveforms=names
     )
-    lives = _lives(ageing(pack), load) if thorough else None
+    lives = project(ageing(pack), load) if thorough else None
     return Study(
         assessment=found,
         attribution=flown,
@@ -99,7 +99,8 @@ def study(
     )
 
 
-def _lives(pack: Pack, load: Load, share: float = 0.8) -> Lives:
+def project(pack: Pack, load: Load, *, share: float = 0.8) -> Lives:
+    """Flights to `share` of the first capacity of a pack that ages."""
     most_A = gentle_limit_A(load)
     soon = Regime(load=load, rest_s=SOON_S)
     gentle = replace(load, current_A=limited(load.current_A, most_A, weights_s(load)))
