@@ -30,7 +30,7 @@ from twin.damage import (
 from twin.damage.attribution import between, started, total
 from twin.damage.loss import Ledger
 from twin.damage.study import project
-from twin.effects import ActiveMaterialLoss, Sei, SelfHeating
+from twin.effects import ActiveMaterialLoss, Sei
 from twin.load import Load
 from twin.pack import Pack
 from twin.simulate import simulate
