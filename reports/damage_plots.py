@@ -11,7 +11,7 @@ from matplotlib.lines import Line2D
 
 from reports import plots
 from segment.segment import Motion
-from twin.damage import MEASURES, Attribution, Part, Study, number
+from twin.damage import MEASURES, Assessment, Attribution, Part, number
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -30,7 +30,7 @@ ROWS = (("lithium", "negative", "positive", "total"), ("sei", "sei_on_cracks", "
 STEADY = "#6b6b6b"
 
 
-def normalised_svg(study: Study) -> str:
+def normalised_svg(found: Assessment) -> str:
     """Modes above, reactions below: circles are constant currents, stars are motions."""
     with mpl.rc_context(plots.STYLE):
         canvas = Canvas(figsize=(plots.WIDTH_IN, 5.2), layout="constrained")
@@ -39,16 +39,16 @@ def normalised_svg(study: Study) -> str:
     for row, names in zip(axes, ROWS, strict=True):
         for ax, name in zip(row, names, strict=True):
             if name:
-                _panel(ax, study, name)
+                _panel(ax, found, name)
             else:
                 ax.set_axis_off()
-                ax.legend(handles=_key(study), loc="center", frameon=False, fontsize=10)
+                ax.legend(handles=_key(found), loc="center", frameon=False, fontsize=10)
         row[0].set_ylabel("over the lowest constant current")
     return plots.to_svg(canvas, "normalised")
 
 
-def _panel(ax: "Axes", study: Study, name: str) -> None:
-    found, of = study.assessment, number(name, Part.WHOLE)
+def _panel(ax: "Axes", found: Assessment, name: str) -> None:
+    of = number(name, Part.WHOLE)
     base = of(found.baselines.reference)
     values = [of(c) / base for c in found.baselines.cycled]
     ax.plot(
@@ -77,7 +77,7 @@ def _keep_wide(ax: "Axes", values: list[float]) -> None:
     ax.set_ylim(middle - half, middle + half)
 
 
-def _key(study: Study) -> list[Line2D]:
+def _key(found: Assessment) -> list[Line2D]:
     steady = Line2D(
         [], [], color=STEADY, marker="o", markersize=7, markerfacecolor="white",
         label="constant current",
@@ -94,7 +94,7 @@ def _key(study: Study) -> list[Line2D]:
             color=plots.MOTION_COLOUR[Motion(name)],
             label=plots.motion_name(Motion(name)),
         )
-        for name in study.assessment.motions
+        for name in found.motions
     ]
 
 

@@ -123,7 +123,7 @@ def _figures(study: Study) -> tuple[Figure, ...]:
         caption="Damage of a flight and its recharge over that of the lowest constant current. "
         "Circles: constant currents. Stars: motions, at their mean current.",
         description=f"Over the lowest constant current: {said}.",
-        svg=normalised_svg(study),
+        svg=normalised_svg(study.assessment),
     )
     return beside, flown
 
