@@ -7,6 +7,7 @@ import numpy as np
 from twin.damage import MEASURES, Assessment, Part, number
 
 LINEAR = 0.1  # of what the baselines span: farther from a straight line is not nearly linear
+RAISED = 0.001  # over a baseline: less is what profiles and segments leave open
 NEAR = 0.01  # of a baseline: within it a motion is near it
 SHOWN = ("lithium", "negative", "positive", "sei", "sei_on_cracks", "plating")
 
@@ -53,7 +54,7 @@ def _all_above(found: Assessment, measure: str, part: Part) -> Verdict:
     over = _excess(found, measure, part)
     return Verdict(
         statement="2 lithium loss above the baselines for all motions",
-        supported=all(v > 0 for v in over.values()),
+        supported=all(v > RAISED for v in over.values()),
         numbers=_percent(over),
     )
 
@@ -73,7 +74,7 @@ def _films(found: Assessment, part: Part) -> Verdict:
     near = all((abs(v) <= NEAR) == (n != "vertical") for n, v in plain.items())
     return Verdict(
         statement="4 SEI on cracks raised for all motions, plain SEI only for vertical",
-        supported=all(v > 0 for v in cracks.values()) and near,
+        supported=all(v > RAISED for v in cracks.values()) and near,
         numbers=f"on cracks: {_percent(cracks)}; plain: {_percent(plain)}",
     )
 
