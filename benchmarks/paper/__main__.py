@@ -69,8 +69,8 @@ def reproduce(name: str, out: Path) -> None:
     tell(name, found)
     folder = out / name
     folder.mkdir(parents=True, exist_ok=True)
-    (folder / "course.svg").write_text(standalone(course_svg(of, pack)), encoding="utf-8")
-    (folder / "normalised.svg").write_text(standalone(normalised_svg(found)), encoding="utf-8")
+    (folder / "course.svg").write_text(course_svg(of, pack), encoding="utf-8")
+    (folder / "normalised.svg").write_text(normalised_svg(found), encoding="utf-8")
     print(f"\n| {name} varied | supported: flight and charge | flight alone |\n|---|---|---|")
     for label, effects in VARIED.items():
         varied = assess(replace(pack, effects=effects), of.manoeuvres, replace(PROTOCOL, cycles=4))
@@ -84,15 +84,6 @@ def of_log(log: Path) -> tuple[Pack, Sequence[Manoeuvre]]:
     profiles = periodic_profiles(flight.recording, segments)
     pack = pack_of(flight.use, flight.cell)
     return pack, manoeuvres_of(flight.recording, segments, profiles)
-
-
-def standalone(svg: str) -> str:
-    """A file of its own."""
-    return (
-        svg.replace("<svg ", '<svg xmlns="http://www.w3.org/2000/svg" ', 1)
-        if ("xmlns=" not in svg[:400])
-        else svg
-    )
 
 
 if __name__ == "__main__":

@@ -2,6 +2,8 @@
 
 Motors that go from 10 to 100 A and means of 16 to 22 A (arXiv 2603.12791) ask for a livelier S500
 than that of the sample logs: strokes at 8 m/s up and 10 m/s along, thrust of 3.5 times the weight.
+It cannot follow the strokes down, so its autopilot commands a climb for SETTLING_s after them: the
+flight is cut where the plan says instead of where the command does, and that while is left out.
 """
 
 from collections.abc import Mapping
@@ -15,12 +17,14 @@ from sample_logs.airframe import LIGHT, S500, Airframe
 from sample_logs.instruments import AutopilotFlaws
 from sample_logs.plan import Leg, hover
 from sample_logs.recorded import to_recording
-from sample_logs.synthetic import fly
-from segment import PeriodicProfile, Segment, cut, periodic_profiles
-from segment.segment import Motion
+from sample_logs.synthetic import Truth, fly
+from segment import PeriodicProfile, Segment, periodic_profiles
+from segment.segment import Basis, Motion
+from segment.statistics import load_statistics
 from twin.damage import Manoeuvre
 
 SEED = 5
+SETTLING_s = 10.0
 AIRFRAMES: Mapping[str, Airframe] = {
     "s500": replace(S500, acceleration_m_s2=9.0, thrust_to_weight=3.5),
     "light": replace(LIGHT, acceleration_m_s2=9.0, thrust_to_weight=4.0),
@@ -49,7 +53,7 @@ def flown(name: str) -> Flown:
     )
     flight = fly(AIRFRAMES[name], seed=SEED, plan=(hover(20.0), *strokes, *strokes))
     recording = to_recording(flight, seed=SEED, flaws=AutopilotFlaws(battery_period_s=0.1))
-    segments = cut(recording)
+    segments = tuple(_segment(recording, span) for span in flight.truth)
     profiles = periodic_profiles(recording, segments)
     return Flown(
         name=name,
@@ -57,6 +61,20 @@ def flown(name: str) -> Flown:
         segments=segments,
         profiles={m: p for m, p in profiles.items() if isinstance(p, PeriodicProfile)},
         manoeuvres=manoeuvres_of(recording, segments, profiles),
+    )
+
+
+def _segment(recording: Recording, span: Truth) -> Segment:
+    """As planned, a hover without its first SETTLING_s."""
+    start_s = span.start_s + (SETTLING_s if span.motion is Motion.HOVER else 0.0)
+    t = recording.time_s
+    inside = (t >= start_s) & (t < span.stop_s)
+    return Segment(
+        motion=span.motion,
+        start_s=start_s,
+        stop_s=span.stop_s,
+        basis=Basis.SETPOINT,
+        load=load_statistics(t[inside], recording.current_A[inside], recording.voltage_V[inside]),
     )
 
 
