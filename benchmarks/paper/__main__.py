@@ -29,7 +29,7 @@ PROTOCOL = Protocol()
 VARIED: dict[str, tuple[AnyEffect, ...]] = {
     "cooling 5 W/(m2 K)": (SelfHeating(heat_transfer_W_m2_K=5.0),),
     "cooling 40 W/(m2 K)": (SelfHeating(heat_transfer_W_m2_K=40.0),),
-    "held at 25 degC": (SelfHeating(heat_transfer_W_m2_K=200.0),),
+    "held at 25 degC": (SelfHeating(heat_transfer_W_m2_K=1e4),),
     "Paris exponent 3": (Cracking(paris_exponent=3.0),),
     "Paris exponent 4": (Cracking(paris_exponent=4.0),),
     "critical stress / 3": (
