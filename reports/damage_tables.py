@@ -18,7 +18,6 @@ FEATURES = {
     "duty": "short high peaks instead of long low ones",
     TEMPERATURE: "warming up",
 }
-FINEST = 0.0005  # of a ratio: what rounds to more than nothing
 
 
 def tables_of(study: Study) -> tuple[Table, ...]:
@@ -38,13 +37,12 @@ def name_of(motion: str) -> str:
 
 
 def in_words(ratio: Ratio) -> str:
-    """With one standard deviation, if it is known."""
+    """With one standard deviation, if it is known, rounded up: none is nothing."""
     if not math.isfinite(ratio.value):
         return MISSING
     if not math.isfinite(ratio.std):
         return fixed(ratio.value, 3)
-    sd = fixed(ratio.std, 3) if ratio.std >= FINEST else f"< {FINEST}"
-    return f"{fixed(ratio.value, 3)} ± {sd}"
+    return f"{fixed(ratio.value, 3)} ± {fixed(math.ceil(1000 * ratio.std) / 1000, 3)}"
 
 
 def _rows_of(study: Study) -> list[tuple[str, Cycled, float | None]]:
