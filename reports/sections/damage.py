@@ -6,12 +6,13 @@ from reports.damage import MAH
 from reports.damage_plots import TITLES, course_svg, normalised_svg
 from reports.damage_tables import in_words, name_of, tables_of
 from reports.flight import FlightReport
-from reports.quantity import fixed
+from reports.quantity import fixed, significant
 from reports.section import Figure, Notice, Row, Section, Severity
 from segment.segment import Motion
 from twin.damage import Assessed, Attribution, Lives, Part, Ratio, Study
 from twin.effects import AGEING
 
+FAST_LOSS = 1e-3  # of the material in a flight: a cell that lost so much would last 200 flights
 NOTES = (
     "Each motion's periodic profile is flown from full to the cut-off and recharged (constant "
     "current of 1C, then constant voltage, no rest), again and again; so are the constant "
@@ -99,6 +100,14 @@ def _notices(study: Study) -> tuple[Notice, ...]:
             "They are an example: compare motions by them, do not count on the lifetimes."
         )
         out.append(Notice(text=text, severity=Severity.DOUBT, code="ageing_assumed"))
+    worst = max((own.cycled.whole.positive for own in study.assessment.motions.values()), default=0)
+    if worst > FAST_LOSS and not study.assessment.pack.stressed:
+        text = (
+            f"The positive electrode loses {significant(100 * worst, 2)} % of its material with "
+            "every flight: those constants hold where stress enhances diffusion. Add "
+            '"stress_enhanced_diffusion" to the physics of the pack file.'
+        )
+        out.append(Notice(text=text, severity=Severity.DOUBT, code="implausible_loss"))
     for motion, reason in study.assessment.cannot.items():
         text = f"{name_of(motion).capitalize()} could not be repeated: {reason}."
         out.append(Notice(text=text, severity=Severity.DOUBT, code="not_assessed"))

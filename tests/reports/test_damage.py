@@ -75,6 +75,18 @@ def test_a_pilot_reads_what_a_flight_costs_and_that_the_constants_are_an_example
     assert "O'Kane 2022" in notice.text
 
 
+def test_a_loss_that_no_cell_would_survive_is_doubted() -> None:
+    """As with O'Kane's constants for the LG M50 without stress-enhanced diffusion."""
+    known = example.study(thorough=False)
+    own = known.assessment.motions["hover"]
+    fast = replace(own.cycled, whole=replace(own.cycled.whole, positive=0.1))
+    found = replace(known.assessment, motions={"hover": replace(own, cycled=fast)})
+    section = shown(example.report(damage=replace(known, assessment=found)))
+    (notice,) = [n for n in section.notices if n.code == "implausible_loss"]
+    assert "loses 10 % of its material" in notice.text
+    assert not [n for n in shown(report()).notices if n.code == "implausible_loss"]
+
+
 def test_the_costliest_stretch_is_named() -> None:
     flown = example.study(thorough=False).attribution
     rates = {
