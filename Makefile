@@ -3,10 +3,13 @@ VENV ?= .venv
 PYTHON ?= python3
 BIN := $(VENV)/bin
 
-.PHONY: demo test lint clean
+.PHONY: demo paper test lint clean
 
 demo: $(VENV)/.installed  ## analyse the sample flights into ./analysis
 	$(BIN)/analyze sample_logs --out analysis
+
+paper: $(VENV)/.installed  ## the paper's figures and statements, into ./analysis/paper
+	$(BIN)/python -m benchmarks.paper analysis/paper
 
 test: $(VENV)/.installed-test  ## the whole test suite
 	$(BIN)/python -m pytest

@@ -45,6 +45,12 @@ AnyFile = click.Path(exists=True, dir_okay=False, path_type=Path)
     metavar="N",
     help="Which battery of the log, counted from 0; by itself the one that carries the flight.",
 )
+@click.option(
+    "--thorough",
+    is_flag=True,
+    help="Judge the damage in full: also which feature of each motion drives it, and how many "
+    "flights the pack lasts.",
+)
 @click.option("-q", "--quiet", is_flag=True, help="Say only what failed.")
 @click.option("-v", "--verbose", is_flag=True, help="Say what happened inside, too.")
 @click.version_option(package_name="drone-battery-health", prog_name="analyze")

@@ -34,6 +34,7 @@ class Job:
         pack: the pack file, or None.
         battery: instance of the battery, None for the one that carries the flight.
         force: analyse again what is up to date.
+        thorough: judge the damage in full.
     """
 
     log: Path
@@ -43,6 +44,7 @@ class Job:
     pack: PackChoice | None = None
     battery: int | None = None
     force: bool = False
+    thorough: bool = False
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -103,7 +105,8 @@ def _inputs(job: Job) -> Inputs:
     sensor_sha256 = sha256_of(job.sensor) if job.sensor else ""
     log_sha256 = sha256_of(job.log)
     pack_sha256 = job.pack.sha256 if job.pack else ""
-    everything = (log_sha256, sensor_sha256, pack_sha256, str(job.battery), version())
+    options = f"{job.battery} {job.thorough}"
+    everything = (log_sha256, sensor_sha256, pack_sha256, options, version())
     return Inputs(
         log=job.log,
         log_sha256=log_sha256,
@@ -112,6 +115,7 @@ def _inputs(job: Job) -> Inputs:
         pack=job.pack,
         battery=job.battery,
         sha256=hashlib.sha256("\0".join(everything).encode()).hexdigest(),
+        thorough=job.thorough,
     )
 
 

@@ -4,11 +4,12 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 from pathlib import Path
 
+from analyze.assessing import damage_of
 from analyze.fitting import fitted
 from analyze.names import printable
 from analyze.pack_choice import DEFAULT_CELL, PackChoice, cell_of
 from analyze.replaying import gaps_of, replay
-from analyze.start import pack_use
+from analyze.start import pack_of, pack_use
 from analyze.version import version
 from flightlogs.align import AlignedSensor, AlignmentRefused, align
 from flightlogs.assemble import assemble
@@ -40,6 +41,7 @@ class Inputs(Source):
     log_sha256: str
     sensor_sha256: str
     sha256: str
+    thorough: bool = False
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -100,7 +102,7 @@ def read_flight(source: Source) -> Flight:
 
 
 def analyse(inputs: Inputs, *, clock: Callable[[], float]) -> FlightReport:
-    """Read, align, cut, replay; without a pack file the pack is fitted to the flight.
+    """Read, align, cut, replay, judge the damage; without a pack file the pack is fitted first.
 
     Args:
         inputs: files and options.
@@ -116,16 +118,26 @@ def analyse(inputs: Inputs, *, clock: Callable[[], float]) -> FlightReport:
     use, played = flight.use, replay(flight.recording, flight.use, flight.cell)
     if inputs.pack is None:
         use, played = fitted(flight.recording, use, flight.cell, played)
+    profiles = periodic_profiles(flight.recording, segments)
+    damage, no_damage = damage_of(
+        flight.recording,
+        segments,
+        profiles,
+        (pack_of(use, flight.cell), played.load),
+        thorough=inputs.thorough,
+    )
     return FlightReport(
         log=flight.log,
         recording=flight.recording,
         segments=segments,
-        profiles=periodic_profiles(flight.recording, segments),
+        profiles=profiles,
         alignment_refusal=flight.alignment_refusal,
         gaps=gaps_of(flight.recording),
         pack=use,
         replay=played,
         provenance=_provenance(inputs, played, clock() - began),
+        damage=damage,
+        no_damage=no_damage,
     )
 
 

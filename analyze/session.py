@@ -33,6 +33,7 @@ class Options:
     scheduler: str | None
     force: bool
     battery: int | None
+    thorough: bool
     quiet: bool
     verbose: bool
 
@@ -108,6 +109,7 @@ def _jobs(
                 pack=pack,
                 battery=options.battery,
                 force=options.force,
+                thorough=options.thorough,
             )
         )
     return tuple(jobs)

@@ -8,6 +8,7 @@ from flightlogs.recording import Recording
 from segment.profile import PeriodicProfile, TooLittle
 from segment.segment import Motion, Segment
 from twin.calibrate.flight import FlightFit, NotFitted
+from twin.damage import Study
 from twin.effects import AnyEffect, Mechanics
 from twin.replay import Replay
 
@@ -145,6 +146,8 @@ class FlightReport:
         pack: what was simulated.
         replay: the twin's answer; its status says how far it came.
         provenance: what made this result.
+        damage: what it did to the pack; None if that could not be told.
+        no_damage: why, in a sentence; "" if it was told.
     """
 
     log: FlightLog
@@ -156,3 +159,5 @@ class FlightReport:
     pack: PackUse
     replay: Replay
     provenance: Provenance
+    damage: Study | None = None
+    no_damage: str = ""

@@ -171,14 +171,85 @@ class SegmentPart(LoadPart):
     """What the motion was decided by."""
 
 
+class LossPart(_Part):
+    """What was lost for good."""
+
+    lithium_mah: float
+    """Charge the lost lithium carried: by side reactions, and trapped in lost material."""
+    lithium_loss: float
+    """The same over all lithium in the particles of the new pack."""
+    negative_loss: float
+    """Share of the negative electrode's active material."""
+    positive_loss: float
+    sei_mah: float
+    sei_on_cracks_mah: float
+    plating_mah: float
+    """Plated and cut off; what strips in the next flight is not lost."""
+    total_mah: float
+    """By the three reactions."""
+
+
+class RatioPart(_Part):
+    """Of a motion's damage to that of a constant current."""
+
+    value: float | None
+    """Null where the damage is next to nothing, so that a ratio of it says nothing."""
+    std: float | None
+    """One standard deviation, by the spread of the motion's segments and what its profile misses;
+    null for a single segment. The twin's parameters are not in it."""
+
+
+class DamagePart(_Part):
+    """What the motion costs: its profile flown from full to the cut-off, recharged, repeated."""
+
+    flown_s: NotNegative
+    """From full to the cut-off."""
+    charge_ah: float
+    energy_wh: float
+    distance_km: float | None
+    """Null where the log has no velocity."""
+    capacity_per_flight_mah: float
+    per_flight: LossPart
+    """By a flight and the charge after it."""
+    in_flight: LossPart
+    """The part of it that is lost in the air."""
+    per_minute: LossPart
+    per_ah: LossPart
+    per_wh: LossPart
+    per_km: LossPart | None
+    peak_temperature_c: float
+    plating_margin_mv: float
+    """Least potential of the negative electrode against lithium, which plates below 0."""
+    negative_stress_mpa: tuple[float, float]
+    """Hydrostatic, at the surface of the particles, tension positive: least and greatest."""
+    positive_stress_mpa: tuple[float, float]
+    as_flown: LossPart | None
+    """By this motion's segments in this flight; null if the replay did not come so far."""
+    counterfactuals: dict[str, dict[str, float | None]] | None
+    """Feature -> measure -> share of the damage that goes with it (negative: that it holds back).
+    Features: peaks, ripple, ramps, duty, temperature. Null unless the analysis was thorough."""
+
+
+class RelativePart(_Part):
+    """Damage over that of a constant current, by measure."""
+
+    energy: float
+    """Drawn in a flight, over that of constant current at the same mean."""
+    per_flight: dict[str, RatioPart]
+    """Of a flight and its charge, over constant current at the same mean."""
+    in_flight: dict[str, RatioPart]
+    """Of the flight alone, likewise."""
+    normalised: dict[str, RatioPart]
+    """Of a flight and its charge, over the lowest of the constant currents."""
+
+
 class MotionPart(LoadPart):
     """All segments of a motion together."""
 
     time_s: NotNegative
-    damage: None = None
-    """Damage done by this motion. This version does not compute it: always null."""
-    relative_to_constant_current: None = None
-    """Damage over that of constant current at the same mean. Not computed yet: always null."""
+    damage: DamagePart | None = None
+    """Null if it could not be told: `assessment` says why."""
+    relative_to_constant_current: RelativePart | None = None
 
 
 class MotionsPart(_Part):
@@ -187,6 +258,47 @@ class MotionsPart(_Part):
     hover: MotionPart | None
     vertical: MotionPart | None
     horizontal: MotionPart | None
+
+
+class BaselinePart(_Part):
+    """A constant current under the same protocol."""
+
+    current_a: float
+    flown_s: NotNegative
+    per_flight: LossPart
+    in_flight: LossPart
+
+
+class LifePart(_Part):
+    """Flights to a share of the first capacity, if the pack is always flown like this."""
+
+    share: Share
+    flights: float | None
+    """With half an hour of rest before and after each charge; null if it ends before."""
+    flights_daily: float | None
+    """With half a day before and after each charge: what standing costs."""
+    numerical_std: float | None
+    """Of `flights`."""
+    limit_a: float
+    """Limit on the current of the what-if."""
+    flights_limited: float | None
+    """As `flights`, the peaks above the limit taken off and their charge drawn below it."""
+
+
+class AssessmentPart(_Part):
+    """How the damage was judged."""
+
+    cycles: int
+    """That count, after those that only form the first films."""
+    charge_rate: float
+    ambient_c: float
+    baselines: tuple[BaselinePart, ...]
+    in_flight: LossPart
+    """Of the whole recording, as it was flown."""
+    not_assessed: dict[str, str]
+    """Motion -> why not."""
+    life: LifePart | None
+    """Null unless the analysis was thorough."""
 
 
 class LithiumPart(_Part):
@@ -256,6 +368,8 @@ class Result(_Part):
     segments: tuple[SegmentPart, ...]
     motions: MotionsPart
     replay: ReplayPart
+    assessment: AssessmentPart | None
+    """Null if the damage could not be judged; `quality` says why."""
     mismatch: None = None
     """Where and why twin and recording differ. This version does not look for it: always null."""
     provenance: ProvenancePart

@@ -4,6 +4,7 @@ import math
 
 import numpy as np
 
+from reports.damage import assessment_part, damage_part, relative_part
 from reports.flight import ASSESSED, FlightReport
 from reports.motions import motion_loads
 from reports.result import (
@@ -42,6 +43,7 @@ def result_of(report: FlightReport) -> Result:
         segments=tuple(_segment(s) for s in report.segments),
         motions=_motions(report),
         replay=_replay(report.replay),
+        assessment=assessment_part(report.damage),
         provenance=_provenance(report),
     )
 
@@ -173,7 +175,12 @@ def _motions(report: FlightReport) -> MotionsPart:
     loads = motion_loads(report.recording, report.segments)
     parts = {
         motion.value: (
-            MotionPart(**_load(loads[motion].load).model_dump(), time_s=loads[motion].time_s)
+            MotionPart(
+                **_load(loads[motion].load).model_dump(),
+                time_s=loads[motion].time_s,
+                damage=damage_part(report.damage, motion.value),
+                relative_to_constant_current=relative_part(report.damage, motion.value),
+            )
             if motion in loads
             else None
         )

@@ -29,6 +29,11 @@ WORST: dict[str, Callable[..., FloatArray]] = {
     "correction_V": np.max,
     "salt_min_mol_m3": np.min,
     "surface_margin": np.min,
+    "anode_V": np.min,
+    "negative_under_least": np.min,
+    "negative_under_most": np.max,
+    "positive_under_least": np.min,
+    "positive_under_most": np.max,
 }
 
 
@@ -50,8 +55,8 @@ class PackModel:
         """States (m, states) and outputs (m, outputs) after each step, drive (m, DRIVE).
 
         The outputs are OUTPUTS of the pack, then, if there are several kinds, OUTPUTS of each. Of
-        the pack are the means over its cells, but for the largest correction and the least salt
-        and margin in any of them.
+        the pack are the means over its cells, but for the largest correction, the least salt
+        and margin, and the extremes of anode and surfaces in any of them.
         """
         if len(self.counts) == 1:
             return self.kernel(state, [drive], [p])

@@ -11,6 +11,7 @@ import numpy as np
 import numpy.typing as npt
 
 from twin.adaptive import EVENT_V, Move, Point, Stepper, Stretch
+from twin.inside import inside
 from twin.kernel import Backend
 from twin.limits import COLUMN, LOWER_TOLERANCE_V, UPPER_TOLERANCE_V
 from twin.load import Load
@@ -18,7 +19,7 @@ from twin.mesh import Mesh
 from twin.pack import Pack
 from twin.pack_model import of_places
 from twin.simulate import DEFAULT_MESH, simulate
-from twin.solution import LithiumAudit, SimulationStopped, Status
+from twin.solution import Inside, LithiumAudit, SimulationStopped, Status
 
 FloatArray = npt.NDArray[np.float64]
 
@@ -151,6 +152,7 @@ class StepResult:
         stopped_s: when the step ended, since the start of the protocol.
         end_state: the kernel's state there.
         cell_voltage_V: (series, n) of each cell; read-only where all are equal.
+        inside: at the same times.
         status: DONE if it ended as it says, else the limit that ended it.
         steps: kernel steps.
         worst_error_V: the largest error of a time step, of one cell; beyond the tolerance in the
@@ -168,6 +170,7 @@ class StepResult:
     stopped_s: float
     end_state: FloatArray
     cell_voltage_V: FloatArray
+    inside: Inside
     status: Status
     steps: int
     worst_error_V: float | None
@@ -275,6 +278,7 @@ def _follow(pack: Pack, step: FollowLoad, now: _Now, settings: Settings) -> Step
         stopped_s=solution.stopped_s + shift_s,
         end_state=solution.end_state,
         cell_voltage_V=solution.cell_voltage_V,
+        inside=solution.inside,
         status=solution.status,
         steps=solution.steps,
         worst_error_V=None,
@@ -311,6 +315,7 @@ def _adapt(
         stopped_s=float(time_s[-1]),
         end_state=points[-1].state if points else now.state,
         cell_voltage_V=of_places(pack, stepper.model.of_kinds(out)[:, COLUMN["voltage_V"]]),
+        inside=inside(pack, out),
         status=status,
         steps=stepper.steps - before,
         worst_error_V=stretch.worst_V,

@@ -11,6 +11,7 @@ import numpy as np
 import numpy.typing as npt
 
 from twin.effects import SelfHeating
+from twin.inside import inside
 from twin.kernel import CHUNK, Backend
 from twin.limits import COLUMN, Limits
 from twin.load import Load
@@ -200,4 +201,5 @@ def solution_of(run: Run, pack: Pack, load: Load) -> Solution:
         end_state=run.state,
         cell_voltage_V=of_places(pack, run.model.of_kinds(out)[:, COLUMN["voltage_V"]]),
         cell_temperature_K=of_places(pack, run.model.of_kinds(out)[:, COLUMN["temperature_K"]]),
+        inside=inside(pack, out),
     )

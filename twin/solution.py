@@ -61,6 +61,23 @@ class LithiumAudit:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Inside:
+    """What no terminal shows, at n moments, of the cell that is worst off.
+
+    Attributes:
+        anode_V: (n,) least over the negative electrode of phi_s - phi_e less the film's loss:
+            against lithium, which plates below 0.
+        negative_stress_Pa: (2, n) hydrostatic stress at the surface of its particles, tension
+            positive: the least and the greatest over the electrode.
+        positive_stress_Pa: (2, n) likewise.
+    """
+
+    anode_V: FloatArray
+    negative_stress_Pa: FloatArray
+    positive_stress_Pa: FloatArray
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Solution:
     """The response of a pack to a load, up to where it ended.
 
@@ -81,6 +98,7 @@ class Solution:
         end_state: the kernel's state there; `simulate(..., state=)` continues from it.
         cell_voltage_V: (series, n) of each cell; read-only where all are equal.
         cell_temperature_K: (series, n) likewise.
+        inside: at the same times.
     """
 
     time_s: FloatArray
@@ -98,6 +116,7 @@ class Solution:
     end_state: FloatArray
     cell_voltage_V: FloatArray
     cell_temperature_K: FloatArray
+    inside: Inside
 
     def require(self) -> "Solution":
         """This solution if the whole load was simulated, else SimulationStopped with the reason."""

@@ -84,12 +84,14 @@ class Surface:
     """Of one electrode's particles at the end of a step; all (n,).
 
     Attributes:
+        bare_V: phi_s - phi_e below the films, which the reaction takes.
         needed_V: phi_s - phi_e that the reaction and the films take.
         total: current through the surface, side reactions included [A/m2].
         strip: the part of it that strips plated lithium.
         plated: metallic lithium after the step; empty without ageing.
     """
 
+    bare_V: ca.SX
     needed_V: ca.SX
     total: ca.SX
     strip: ca.SX

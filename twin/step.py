@@ -54,9 +54,17 @@ OUTPUTS = (
     "salt_min_mol_m3",
     "surface_margin",
     "negative_mean",
+    "anode_V",
+    "negative_under_least",
+    "negative_under_most",
+    "positive_under_least",
+    "positive_under_most",
 )
 """Of a step, for one cell; `surface_margin` is the least distance of a surface stoichiometry from 0
-and 1, `negative_mean` the negative electrode's mean stoichiometry."""
+and 1, `negative_mean` the negative electrode's mean stoichiometry, `anode_V` the least over its
+nodes of phi_s - phi_e less the film's loss (below 0 lithium plates), `under` the stoichiometry at a
+particle's surface below the particle's mean, which stress goes with: its extremes over the nodes.
+"""
 
 
 class StepModel:
@@ -211,7 +219,7 @@ class StepModel:
                 plated, strip = self.ageing.strip(begun, self.old, over, salt, self.drive[0])
                 total = reaction + strip + begun.current_A_m2
                 film = film + begun.resistance_ohm_m2
-            out.append(Surface(over + total * film, total, strip, plated))
+            out.append(Surface(over, over + total * film, total, strip, plated))
         return out[0], out[1]
 
     def _hysteresis(self, side: ElectrodeSymbols, reaction: ca.SX, ready: Ready) -> ca.SX:
@@ -272,10 +280,16 @@ class StepModel:
         following = ca.vertcat(*parts)
         if begun:
             following = self._aged(following, begun, (surfaces[0], totals[0]), modes)
+        told = self._told(modes, ends, surfaces[0].bare_V)
+        return following, ca.vertcat(voltage, temperature, heat, ca.mmin(salt), told)
+
+    def _told(self, modes: Both, ends: Both, anode_V: ca.SX) -> ca.SX:
+        """OUTPUTS from `surface_margin` on, of the particles' modes, surfaces and potentials."""
         x = ca.vertcat(*ends)
         mean = ca.dot(ca.DM(self.negative.layer.weight), modes[0][:, 0])
-        margin = ca.mmin(ca.fmin(x, 1 - x))
-        return following, ca.vertcat(voltage, temperature, heat, ca.mmin(salt), margin, mean)
+        under = [own[:, 0] - end for own, end in zip(modes, ends, strict=True)]
+        extremes = [of(u) for u in under for of in (ca.mmin, ca.mmax)]
+        return ca.vertcat(ca.mmin(ca.fmin(x, 1 - x)), mean, ca.mmin(anode_V), *extremes)
 
     def _modes(self, reactions: Both, negative: Surface, ready: Ready) -> Both:
         """Of the particles after the step."""

@@ -2,6 +2,7 @@
 
 from reports.sections.alignment import alignment
 from reports.sections.course import course
+from reports.sections.damage import damage
 from reports.sections.fit import fit
 from reports.sections.motions import motions
 from reports.sections.profiles import profiles
@@ -19,6 +20,7 @@ FLIGHT_SECTIONS = (
     profiles,
     fit,
     replay,
+    damage,
     provenance,
 )
 

@@ -105,6 +105,8 @@ def test_a_flight_becomes_a_page_and_a_result(tmp_path: Path) -> None:
     assert result.replay.status == "done"
     assert result.alignment is None
     assert not result.pack.calibrated
+    assert result.assessment is None
+    assert "No motion lasted long enough" in report.no_damage
 
 
 def test_an_aligned_sensor_is_used(tmp_path: Path, readers: Readers) -> None:

@@ -91,6 +91,19 @@ def test_the_fit_to_the_flight_comes_closer_to_the_truth(out: Path, stem: str) -
     assert got["replay"]["final_soc"] == pytest.approx(true["at_the_end"]["soc"], abs=0.015)
 
 
+@pytest.mark.parametrize("stem", STEMS)
+def test_the_damage_of_every_motion_is_told(out: Path, stem: str) -> None:
+    got = result(out, stem)
+    for name, motion in got["motions"].items():
+        damage, beside = motion["damage"], motion["relative_to_constant_current"]
+        assert damage["per_flight"]["lithium_mah"] > damage["in_flight"]["lithium_mah"] > 0
+        assert beside["per_flight"]["total"]["value"] == pytest.approx(1.0, abs=0.05), name
+        assert damage["as_flown"]["sei_mah"] > 0
+    currents = [b["current_a"] for b in got["assessment"]["baselines"]]
+    means = [motion["mean_current_a"] for motion in got["motions"].values()]
+    assert currents[0] <= min(means) < max(means) <= currents[-1]
+
+
 def test_the_sensor_beside_the_log_is_found_and_aligned(out: Path) -> None:
     got, true = result(out, "s500")["alignment"], truth("s500")["sensor_clock"]
     assert got["offset_s"] == pytest.approx(true["offset_s"], abs=0.05)

@@ -2,6 +2,7 @@
 
 from dataclasses import replace
 from datetime import UTC, datetime
+from functools import cache
 
 import numpy as np
 
@@ -14,11 +15,24 @@ from segment.segment import Basis, LoadStatistics, Motion, Segment
 from twin.builtin import load_cell
 from twin.calibrate.answer import Estimate, Verdict
 from twin.calibrate.flight import FlightFit
+from twin.damage import (
+    Lives,
+    Manoeuvre,
+    Piece,
+    Projection,
+    Protocol,
+    Span,
+    Study,
+    Waveform,
+    assess,
+    attribute,
+)
+from twin.damage.loss import Ledger
 from twin.effects import Mechanics, SelfHeating
 from twin.load import Load
 from twin.pack import Pack
 from twin.replay import Replay
-from twin.solution import LithiumAudit, Solution, Status
+from twin.solution import Inside, LithiumAudit, Solution, Status
 
 T = np.arange(0.0, 60.0, 0.2)
 SPANS = (
@@ -161,6 +175,11 @@ def solution(status: Status = Status.DONE, samples: int = T.size) -> Solution:
         end_state=np.zeros(1),
         cell_voltage_V=np.zeros((4, samples)),
         cell_temperature_K=np.zeros((4, samples)),
+        inside=Inside(
+            anode_V=np.full(samples, 0.2),
+            negative_stress_Pa=np.zeros((2, samples)),
+            positive_stress_Pa=np.zeros((2, samples)),
+        ),
     )
 
 
@@ -224,6 +243,42 @@ def flight_fit() -> FlightFit:
 
 def fitted_pack() -> PackUse:
     return replace(pack(), fitting=Fitting(outcome=flight_fit(), before_V=0.0721))
+
+
+def projection(reached: float, ended: str = "") -> Projection:
+    return Projection(
+        flights=np.zeros(1), capacity_C=np.ones(1), reached=reached, error=9.0, ended=ended
+    )
+
+
+@cache
+def study(*, thorough: bool) -> Study:
+    """Of hover, cycled once, and of the flight as flown; the lives are made up."""
+    pack = Pack(cell=load_cell("lipo_2200"), series=4)
+    wave = Waveform(current_A=18 + 4 * np.sin(np.arange(20)), sample_s=0.5)
+    pieces = tuple(Piece(duration_s=8.0, mean_A=m, rms_A=m + 0.3) for m in (17.9, 18.1))
+    hover = Manoeuvre(name="hover", waveform=wave, pieces=pieces, speed_m_s=0.5)
+    found = assess(pack, [hover], Protocol(cycles=1), counterfactuals=thorough)
+    flown = attribute(
+        found.pack,
+        Load(time_s=T, current_A=CURRENT),
+        [Span(name=m.value, start_s=a, stop_s=b) for m, a, b, _ in SPANS],
+        formed=found.baselines.reference.end_state,
+        waveforms={"hover": wave},
+    )
+    lives = Lives(
+        share=0.8,
+        soon=projection(812.0),
+        daily=projection(405.0),
+        most_A=24.0,
+        gentle=projection(float("nan"), "in the flight the voltage reached the lower cut-off"),
+    )
+    return Study(
+        assessment=found,
+        attribution=flown,
+        lives=lives if thorough else None,
+        cyclable_C=Ledger(found.pack).cyclable_C,
+    )
 
 
 def report(

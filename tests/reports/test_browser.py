@@ -49,7 +49,8 @@ def dom(folder: Path, html: str, width: int) -> str:
 
 def flight() -> tuple[str, int]:
     """A page and the number of its drawings."""
-    return render(flight_page(example.report(name=example.EVIL))), 3
+    of = example.report(name=example.EVIL, damage=example.study(thorough=True))
+    return render(flight_page(of)), 5
 
 
 def calibration() -> tuple[str, int]:

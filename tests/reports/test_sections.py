@@ -40,7 +40,7 @@ POOR = example.report(  # next to nothing was logged
     gaps=Gaps(),
     pack=example.pack(),
 )
-REPORTS = {"rich": example.report(), "poor": POOR}
+REPORTS = {"rich": example.report(damage=example.study(thorough=True)), "poor": POOR}
 
 
 @pytest.mark.parametrize("which", REPORTS)

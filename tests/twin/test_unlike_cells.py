@@ -83,14 +83,14 @@ def test_a_weak_cell_of_no_weakness_is_absence(lipo: Cell, effects: tuple[AnyEff
 def test_means_extremes_and_each_cell_are_put_out_in_that_order(lipo: Cell) -> None:
     def cell(state: Array, each: Sequence[Array], fixed: Sequence[Array]) -> tuple[Array, Array]:
         drawn = np.cumsum(each[0][:, :1], axis=0)
-        return state + drawn * fixed[0], drawn * fixed[0] * np.arange(1.0, 8.0)
+        return state + drawn * fixed[0], drawn * fixed[0] * np.arange(1.0, 13.0)
 
     equations = PackModel(StepModel(lipo, DEFAULT_MESH), (3, 1), cell)
     drive = np.array([[1.0], [0.5]])
     states, out = equations.steps(np.array([1.0, 2.0, 3.0, 4.0]), drive, np.array([1.0, 5.0]))
     assert states.tolist() == [[2, 3, 8, 9], [2.5, 3.5, 10.5, 11.5]]
-    assert out[0, :7].tolist() == [2, 4, 6, 20, 5, 6, 14]
-    assert out[0, 7:].tolist() == [1, 2, 3, 4, 5, 6, 7, 5, 10, 15, 20, 25, 30, 35]
+    assert out[0, :12].tolist() == [2, 4, 6, 20, 5, 6, 14, 8, 9, 50, 11, 60]
+    assert out[0, 12:].tolist() == [*range(1, 13), *range(5, 61, 5)]
     assert out[1] == pytest.approx(1.5 * out[0])
     assert equations.outputs == out.shape[1]
     assert equations.of_kinds(out.T)[1, 3].tolist() == [20, 30]

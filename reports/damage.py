@@ -1,0 +1,145 @@
+"""`Study` -> the parts of `result.json` that tell the damage."""
+
+import math
+
+from reports.result import (
+    AssessmentPart,
+    BaselinePart,
+    DamagePart,
+    LifePart,
+    LossPart,
+    RatioPart,
+    RelativePart,
+)
+from twin.constants import ZERO_CELSIUS_K
+from twin.damage import MEASURES, Assessed, Cost, Lives, Loss, Part, Ratio, Study
+
+MAH = 1 / 3.6  # of a coulomb
+
+
+def damage_part(study: Study | None, motion: str) -> DamagePart | None:
+    """Of one motion; None if it was not assessed."""
+    own = study.assessment.motions.get(motion) if study else None
+    if study is None or own is None:
+        return None
+    cycled, whole = own.cycled, study.cyclable_C
+    km = distance_km(own)
+    both = cycled.flight, cycled.charge
+    stress = [
+        (
+            min(getattr(e, name)[0] for e in both) / 1e6,
+            max(getattr(e, name)[1] for e in both) / 1e6,
+        )
+        for name in ("negative_stress_Pa", "positive_stress_Pa")
+    ]
+    return DamagePart(
+        flown_s=cycled.flown_s,
+        charge_ah=cycled.drawn_C / 3600,
+        energy_wh=cycled.energy_J / 3600,
+        distance_km=km,
+        capacity_per_flight_mah=MAH * cycled.capacity_C,
+        per_flight=loss_part(cycled.whole, whole),
+        in_flight=loss_part(cycled.in_flight, whole),
+        per_minute=loss_part(cycled.whole * (60 / cycled.flown_s), whole),
+        per_ah=loss_part(cycled.whole * (3600 / cycled.drawn_C), whole),
+        per_wh=loss_part(cycled.whole * (3600 / cycled.energy_J), whole),
+        per_km=loss_part(cycled.whole * (1 / km), whole) if km else None,
+        peak_temperature_c=max(e.max_K for e in both) - ZERO_CELSIUS_K,
+        plating_margin_mv=1000 * min(e.anode_V for e in both),
+        negative_stress_mpa=stress[0],
+        positive_stress_mpa=stress[1],
+        as_flown=_as_flown(study, motion),
+        counterfactuals=_counterfactuals(own),
+    )
+
+
+def relative_part(study: Study | None, motion: str) -> RelativePart | None:
+    """Of one motion; None if it was not assessed."""
+    own = study.assessment.motions.get(motion) if study else None
+    if own is None:
+        return None
+    return RelativePart(
+        energy=own.energy,
+        per_flight={k: _ratio(r) for k, r in own.excess[Part.WHOLE].items()},
+        in_flight={k: _ratio(r) for k, r in own.excess[Part.FLIGHT].items()},
+        normalised={k: _ratio(r) for k, r in own.normalised[Part.WHOLE].items()},
+    )
+
+
+def assessment_part(study: Study | None) -> AssessmentPart | None:
+    """How it was judged, and beside what."""
+    if study is None:
+        return None
+    found, whole = study.assessment, study.cyclable_C
+    return AssessmentPart(
+        cycles=found.protocol.cycles,
+        charge_rate=found.protocol.charge_rate,
+        ambient_c=found.protocol.ambient_K - ZERO_CELSIUS_K,
+        baselines=tuple(
+            BaselinePart(
+                current_a=c.waveform.mean_A,
+                flown_s=c.flown_s,
+                per_flight=loss_part(c.whole, whole),
+                in_flight=loss_part(c.in_flight, whole),
+            )
+            for c in found.baselines.cycled
+        ),
+        in_flight=loss_part(study.attribution.whole.loss, whole),
+        not_assessed=dict(found.cannot),
+        life=_life(study.lives),
+    )
+
+
+def loss_part(loss: Loss, cyclable_C: float) -> LossPart:
+    """In mAh and shares."""
+    return LossPart(
+        lithium_mah=MAH * loss.inventory_C,
+        lithium_loss=loss.inventory_C / cyclable_C,
+        negative_loss=loss.negative,
+        positive_loss=loss.positive,
+        sei_mah=MAH * loss.sei_C,
+        sei_on_cracks_mah=MAH * loss.sei_on_cracks_C,
+        plating_mah=MAH * loss.dead_C,
+        total_mah=MAH * loss.reactions_C,
+    )
+
+
+def distance_km(own: Assessed) -> float | None:
+    """Flown from full to the cut-off; None where no speed is known, or the motion has none."""
+    speed = own.manoeuvre.speed_m_s
+    return speed * own.cycled.flown_s / 1000 if speed else None
+
+
+def _as_flown(study: Study, motion: str) -> LossPart | None:
+    cost: Cost | None = study.attribution.by_name().get(motion)
+    return loss_part(cost.loss, study.cyclable_C) if cost and cost.duration_s else None
+
+
+def _counterfactuals(own: Assessed) -> dict[str, dict[str, float | None]] | None:
+    if not own.counterfactuals:
+        return None
+    return {
+        feature: {measure: _finite(own.without(feature, measure)) for measure in MEASURES}
+        for feature in own.counterfactuals
+    }
+
+
+def _life(lives: Lives | None) -> LifePart | None:
+    if lives is None:
+        return None
+    return LifePart(
+        share=lives.share,
+        flights=_finite(lives.soon.reached),
+        flights_daily=_finite(lives.daily.reached),
+        numerical_std=_finite(lives.soon.error),
+        limit_a=lives.most_A,
+        flights_limited=_finite(lives.gentle.reached),
+    )
+
+
+def _ratio(ratio: Ratio) -> RatioPart:
+    return RatioPart(value=_finite(ratio.value), std=_finite(ratio.std))
+
+
+def _finite(value: float) -> float | None:
+    return value if math.isfinite(value) else None

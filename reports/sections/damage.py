@@ -1,0 +1,161 @@
+"""What each motion did to the battery."""
+
+import math
+
+from reports.damage import MAH
+from reports.damage_plots import TITLES, course_svg, normalised_svg
+from reports.damage_tables import in_words, name_of, tables_of
+from reports.flight import FlightReport
+from reports.quantity import fixed, significant
+from reports.section import Figure, Notice, Row, Section, Severity
+from segment.segment import Motion
+from twin.damage import Assessed, Attribution, Lives, Part, Ratio, Study
+from twin.effects import AGEING
+
+FAST_LOSS = 1e-3  # of the material in a flight: a cell that lost so much would last 200 flights
+NOTES = (
+    "Each motion's periodic profile is flown from full to the cut-off and recharged (constant "
+    "current of 1C, then constant voltage, no rest), again and again; so are the constant "
+    "currents. Lithium lost is what does not return: bound in SEI and SEI on cracks, plated and "
+    "cut off, or trapped in lost active material.",
+    "± is one standard deviation, from how the segments of a motion differ and what its profile "
+    "misses of them. The constants of ageing are not in it: they largely cancel in ratios, and not "
+    "at all in absolute figures and in lifetimes.",
+)
+
+
+def damage(report: FlightReport) -> Section | None:
+    """None if nothing was tried."""
+    study = report.damage
+    if study is None:
+        if not report.no_damage:
+            return None
+        doubt = Notice(text=report.no_damage, severity=Severity.DOUBT, code="no_damage")
+        return Section(id="damage", title="What each motion did to the battery", notices=(doubt,))
+    return Section(
+        id="damage",
+        title="What each motion did to the battery",
+        lead=_lead(study),
+        notices=_notices(study),
+        rows=_life(study.lives) if study.lives else (),
+        figures=_figures(study),
+        tables=tables_of(study),
+        notes=NOTES,
+    )
+
+
+def _lead(study: Study) -> tuple[str, ...]:
+    found = study.assessment.motions
+    if not found:
+        return ("No motion of this flight could be repeated.",)
+    costs = [MAH * own.cycled.whole.inventory_C for own in found.values()]
+    air = [
+        own.cycled.in_flight.inventory_C / own.cycled.whole.inventory_C for own in found.values()
+    ]
+    said = ", ".join(f"{name_of(n)} {_times(_per_energy(own))}" for n, own in found.items())
+    span = fixed(min(costs), 2)
+    span += f" to {fixed(max(costs), 2)}" if fixed(max(costs), 2) != span else ""
+    return (
+        f"A full flight and its recharge cost this pack {span} mAh of lithium for good, "
+        f"{fixed(100 * sum(air) / len(air), 0)} % of it in the air and the rest while charging. "
+        f"For the energy it draws, beside a steady current of the same mean: {said}.",
+        *_costliest(study.attribution),
+    )
+
+
+def _costliest(flown: Attribution) -> tuple[str, ...]:
+    """Which stretch of this flight took most lithium a minute."""
+    both = [(s, c) for s, c in zip(flown.spans, flown.costs, strict=False) if c.duration_s >= 1]
+    both = [(s, c) for s, c in both if Motion(s.name) is not Motion.GROUND]
+    if not both:
+        return ()
+    rates = [60e3 * MAH * c.loss.inventory_C / c.duration_s for _, c in both]
+    worst = max(range(len(both)), key=rates.__getitem__)
+    span = both[worst][0]
+    return (
+        f"In this flight the stretch from {fixed(span.start_s, 0)} to {fixed(span.stop_s, 0)} s "
+        f"({name_of(span.name)}) took most lithium in its time: {fixed(rates[worst], 1)} µAh a "
+        "minute.",
+    )
+
+
+def _per_energy(own: Assessed) -> Ratio:
+    ratio = own.excess[Part.WHOLE]["lithium"]
+    return Ratio(value=ratio.value / own.energy, std=ratio.std / own.energy)
+
+
+def _times(ratio: Ratio) -> str:
+    return f"costs {in_words(ratio)} times as much"
+
+
+def _notices(study: Study) -> tuple[Notice, ...]:
+    out = []
+    assumed = [
+        e.id for e in study.assessment.pack.effects if isinstance(e, AGEING) and e == type(e)()
+    ]
+    if assumed:
+        text = (
+            "The constants of ageing were not measured on this pack: they are those of O'Kane 2022 "
+            f"for another cell, the LG M50 ({', '.join(i.replace('_', ' ') for i in assumed)}). "
+            "They are an example: compare motions by them, do not count on the lifetimes."
+        )
+        out.append(Notice(text=text, severity=Severity.DOUBT, code="ageing_assumed"))
+    worst = max((own.cycled.whole.positive for own in study.assessment.motions.values()), default=0)
+    if worst > FAST_LOSS and not study.assessment.pack.stressed:
+        text = (
+            f"The positive electrode loses {significant(100 * worst, 2)} % of its material with "
+            "every flight: those constants hold where stress enhances diffusion. Add "
+            '"stress_enhanced_diffusion" to the physics of the pack file.'
+        )
+        out.append(Notice(text=text, severity=Severity.DOUBT, code="implausible_loss"))
+    for motion, reason in study.assessment.cannot.items():
+        text = f"{name_of(motion).capitalize()} could not be repeated: {reason}."
+        out.append(Notice(text=text, severity=Severity.DOUBT, code="not_assessed"))
+    return tuple(out)
+
+
+def _figures(study: Study) -> tuple[Figure, ...]:
+    flown = Figure(
+        caption="The flight as it was flown: what each segment cost, per minute. Motions have the "
+        "colours of the drawing above.",
+        description="Lithium and active material lost per minute, for each segment of the flight.",
+        svg=course_svg(study.attribution),
+    )
+    if not study.assessment.motions:
+        return (flown,)
+    said = "; ".join(
+        f"{name_of(n)} "
+        + ", ".join(f"{TITLES[k]} {in_words(own.normalised[Part.WHOLE][k])}" for k in TITLES)
+        for n, own in study.assessment.motions.items()
+    )
+    beside = Figure(
+        caption="Damage of a flight and its recharge over that of the lowest constant current. "
+        "Circles: constant currents. Stars: motions, at their mean current.",
+        description=f"Over the lowest constant current: {said}.",
+        svg=normalised_svg(study.assessment),
+    )
+    return beside, flown
+
+
+def _life(lives: Lives) -> tuple[Row, ...]:
+    share = fixed(100 * lives.share, 0)
+    note = "if always flown and charged like this, at this temperature; an example, see above"
+    limited = f"the same with no current above {fixed(lives.most_A, 1)} A"
+
+    def flights(reached: float, ended: str) -> str:
+        return fixed(reached, 0) if math.isfinite(reached) else f"ends before: {ended}"
+
+    soon, daily, gentle = lives.soon, lives.daily, lives.gentle
+    return (
+        Row(
+            label=f"Flights to {share} % of the capacity",
+            value=f"{flights(daily.reached, daily.ended)} to {flights(soon.reached, soon.ended)}",
+            note=f"{note}; from one flight a day to one soon after the other",
+        ),
+        Row(
+            label="What gentler flying would save",
+            value=flights(gentle.reached, gentle.ended),
+            unit="flights",
+            note=f"{limited}, beside {flights(soon.reached, soon.ended)}",
+        ),
+    )

@@ -1,0 +1,64 @@
+"""A flight's motions in the twin's terms, and what is said where there are none."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from analyze.assessing import damage_of, manoeuvres_of, speed_m_s
+from segment.profile import PeriodicProfile
+from segment.segment import Motion
+from tests.reports import example
+from twin.builtin import load_cell
+from twin.load import Load
+from twin.pack import Pack
+
+PROFILES = example.report().profiles
+PACK = Pack(cell=load_cell("lipo_2200"), series=4)
+LOAD = Load(time_s=example.T, current_A=example.CURRENT)
+
+
+def test_a_profile_becomes_a_manoeuvre_with_its_segments() -> None:
+    (hover,) = manoeuvres_of(example.recording(), example.segments(), PROFILES)
+    profile = PROFILES[Motion.HOVER]
+    assert isinstance(profile, PeriodicProfile)
+    assert hover.name == "hover"
+    np.testing.assert_array_equal(hover.waveform.current_A, profile.current_A)
+    assert hover.waveform.period_s == pytest.approx(profile.period_s)
+    assert [p.duration_s for p in hover.pieces] == [16.0]
+    assert (hover.off_mean_A, hover.off_rms_A) == (0.01, -0.02)
+    assert hover.speed_m_s == 0.0
+
+
+def test_the_speed_is_that_over_the_motions_segments() -> None:
+    across = [s for s in example.segments() if s.motion is Motion.HORIZONTAL]
+    assert speed_m_s(example.recording(), across) == pytest.approx(4.0)
+    assert speed_m_s(example.recording(velocity_m_s=None), across) is None
+    unknown = np.full((example.T.size, 3), np.nan)
+    assert speed_m_s(example.recording(velocity_m_s=unknown), across) is None
+
+
+def test_a_motion_that_draws_nothing_is_left_out() -> None:
+    profile = PROFILES[Motion.HOVER]
+    assert isinstance(profile, PeriodicProfile)
+    idle = {Motion.HOVER: replace(profile, current_A=0 * profile.current_A)}
+    assert manoeuvres_of(example.recording(), example.segments(), idle) == ()
+
+
+def test_without_a_motion_the_reason_is_told() -> None:
+    found, why = damage_of(
+        example.recording(), example.segments(), {}, (PACK, LOAD), thorough=False
+    )
+    assert found is None
+    assert "No motion lasted long enough" in why
+
+
+@pytest.mark.slow
+def test_a_pack_far_too_small_is_said_to_be_so() -> None:
+    small = replace(PACK, capacity_C=0.02 * 3600)
+    found, why = damage_of(
+        example.recording(), example.segments(), PROFILES, (small, LOAD), thorough=False
+    )
+    assert found is None
+    assert "cannot be flown like this" in why
+    assert "flies this for" in why

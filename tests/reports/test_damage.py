@@ -1,0 +1,132 @@
+"""The damage on the page and in `result.json`, of a pack that is really cycled."""
+
+import json
+import re
+from dataclasses import replace
+from importlib import resources
+
+import jsonschema
+import pytest
+
+from reports.flight import FlightReport
+from reports.page import flight_page
+from reports.render import render
+from reports.results import result_of
+from reports.section import Section, Severity
+from reports.sections.damage import damage
+from tests.reports import example
+from twin.damage import Part
+
+pytestmark = pytest.mark.slow
+SCHEMA = json.loads((resources.files("reports") / "result.schema.json").read_text("utf-8"))
+MEASURES = {"lithium", "negative", "positive", "sei", "sei_on_cracks", "plating", "total"}
+
+
+def report(*, thorough: bool = False) -> FlightReport:
+    return example.report(damage=example.study(thorough=thorough))
+
+
+def shown(of: FlightReport) -> Section:
+    section = damage(of)
+    assert section is not None
+    return section
+
+
+@pytest.mark.parametrize("thorough", [False, True])
+def test_the_result_keeps_the_schema_and_its_parts_agree(*, thorough: bool) -> None:
+    whole = json.loads(result_of(report(thorough=thorough)).model_dump_json())
+    jsonschema.Draft202012Validator(SCHEMA).validate(whole)
+    hover = whole["motions"]["hover"]
+    told, beside = hover["damage"], hover["relative_to_constant_current"]
+    for name in ("per_flight", "in_flight", "per_minute", "per_ah", "per_wh", "per_km", "as_flown"):
+        loss = told[name]
+        parts = loss["sei_mah"] + loss["sei_on_cracks_mah"] + loss["plating_mah"]
+        assert loss["total_mah"] == pytest.approx(parts)
+        assert loss["lithium_mah"] >= loss["total_mah"]
+    per_flight = told["per_flight"]["lithium_mah"]
+    assert told["per_minute"]["lithium_mah"] * told["flown_s"] / 60 == pytest.approx(per_flight)
+    assert told["per_ah"]["lithium_mah"] * told["charge_ah"] == pytest.approx(per_flight)
+    assert told["per_wh"]["lithium_mah"] * told["energy_wh"] == pytest.approx(per_flight)
+    assert told["distance_km"] == pytest.approx(0.5e-3 * told["flown_s"])
+    assert set(beside["per_flight"]) == set(beside["in_flight"]) == MEASURES
+    assert beside["in_flight"]["positive"] == {"value": None, "std": None}
+    assert beside["per_flight"]["sei"]["value"] == pytest.approx(1.0, abs=0.05)
+    assert whole["motions"]["horizontal"]["damage"] is None
+    assert [b["current_a"] for b in whole["assessment"]["baselines"]] == [18, 19, 20, 21]
+    assert (told["counterfactuals"] is not None) == thorough
+    assert (whole["assessment"]["life"] is not None) == thorough
+
+
+def test_the_life_is_told_with_its_interval_and_what_ends_it() -> None:
+    life = json.loads(result_of(report(thorough=True)).model_dump_json())["assessment"]["life"]
+    assert (life["flights"], life["flights_daily"], life["flights_limited"]) == (812, 405, None)
+    values = [row.value for row in shown(report(thorough=True)).rows]
+    assert values[0] == "405 to 812"
+    assert "cut-off" in values[1]
+
+
+def test_a_pilot_reads_what_a_flight_costs_and_that_the_constants_are_an_example() -> None:
+    section = shown(report())
+    own = example.study(thorough=False).assessment.motions["hover"].cycled.whole.inventory_C / 3.6
+    assert f"{own:.2f} mAh of lithium" in section.lead[0]
+    assert "hover costs" in section.lead[0]
+    (notice,) = [n for n in section.notices if n.code == "ageing_assumed"]
+    assert notice.severity is Severity.DOUBT
+    assert "O'Kane 2022" in notice.text
+
+
+def test_a_loss_that_no_cell_would_survive_is_doubted() -> None:
+    """As with O'Kane's constants for the LG M50 without stress-enhanced diffusion."""
+    known = example.study(thorough=False)
+    own = known.assessment.motions["hover"]
+    fast = replace(own.cycled, whole=replace(own.cycled.whole, positive=0.1))
+    found = replace(known.assessment, motions={"hover": replace(own, cycled=fast)})
+    section = shown(example.report(damage=replace(known, assessment=found)))
+    (notice,) = [n for n in section.notices if n.code == "implausible_loss"]
+    assert "loses 10 % of its material" in notice.text
+    assert not [n for n in shown(report()).notices if n.code == "implausible_loss"]
+
+
+def test_the_costliest_stretch_is_named() -> None:
+    flown = example.study(thorough=False).attribution
+    rates = {
+        (s.start_s, s.stop_s): c.loss.inventory_C / c.duration_s
+        for s, c in zip(flown.spans, flown.costs, strict=True)
+        if s.name != "ground"
+    }
+    start_s, stop_s = max(rates, key=rates.__getitem__)
+    assert f"from {start_s:.0f} to {stop_s:.0f} s" in shown(report()).lead[1]
+
+
+def test_the_drawing_has_a_star_a_motion_and_a_circle_a_baseline() -> None:
+    first, second = shown(report()).figures
+    assert "SEI on cracks" in first.svg
+    assert "constant current" in first.svg
+    values = example.study(thorough=False).assessment.motions["hover"].normalised[Part.WHOLE]
+    assert f"{values['sei'].value:.3f}" in first.description
+    assert len(re.findall("<svg", first.svg + second.svg)) == 2
+
+
+def test_the_tables_have_a_row_a_motion_and_why_only_if_thorough() -> None:
+    quick, thorough = (shown(report(thorough=t)).tables for t in (False, True))
+    assert len(thorough) == len(quick) + 1
+    assert [row[0].text for row in quick[0].rows] == ["hover", *4 * ["constant current"]]
+    assert len(thorough[-1].rows) == 5
+    html = render(flight_page(report(thorough=True)))
+    assert "What each motion did to the battery" in html
+    assert not re.search(r"\bnan\b", html, re.IGNORECASE)
+
+
+def test_what_could_not_be_told_is_said() -> None:
+    assert damage(example.report()) is None
+    reason = "No motion lasted long enough."
+    section = shown(example.report(no_damage=reason))
+    assert [n.text for n in section.notices] == [reason]
+    none = replace(
+        example.study(thorough=False).assessment,
+        motions={},
+        cannot={"vertical": "the pack flies 1 s"},
+    )
+    section = shown(example.report(damage=replace(example.study(thorough=False), assessment=none)))
+    assert any("Vertical could not be repeated" in n.text for n in section.notices)
+    assert len(section.figures) == 1

@@ -1,0 +1,215 @@
+"""The flight as it was flown, and the life of a pack, against what they must agree with."""
+
+from dataclasses import replace
+from itertools import islice
+
+import numpy as np
+import numpy.typing as npt
+import pytest
+
+from twin.ageing import Regime, age
+from twin.builtin import load_cell
+from twin.damage import (
+    MEASURES,
+    TEMPERATURE,
+    Manoeuvre,
+    Part,
+    Piece,
+    Protocol,
+    Span,
+    Study,
+    Waveform,
+    ageing,
+    assess,
+    attribute,
+    constant,
+    cycle,
+    life,
+    study,
+)
+from twin.damage.attribution import between, started, total
+from twin.damage.loss import Ledger
+from twin.damage.study import project
+from twin.effects import ActiveMaterialLoss, Sei
+from twin.load import Load
+from twin.pack import Pack
+from twin.simulate import simulate
+from twin.solution import Status
+
+pytestmark = pytest.mark.slow
+SAMPLE_S = 0.25
+LEGS = (("hover", 25.0, 15.0, 0.3), ("vertical", 20.0, 17.0, 6.0), ("horizontal", 30.0, 16.0, 1.5))
+
+
+def leg(number: int, name: str) -> npt.NDArray[np.float64]:
+    """Samples of one segment: no two are alike, strokes are 8 to 10 s long."""
+    _, seconds, mean_A, swing_A = next(leg for leg in LEGS if leg[0] == name)
+    t = np.arange(0.0, seconds, SAMPLE_S)
+    noise = np.random.default_rng(number).standard_normal(t.size)
+    stroke = np.sign(np.sin(2 * np.pi * t / (8 + number % 3)))
+    return mean_A + 0.05 * (number - 4) + swing_A * stroke + 0.4 * noise
+
+
+NAMES = [name for _ in range(3) for name, *_ in LEGS]
+PARTS = [leg(k, name) for k, name in enumerate(NAMES)]
+
+
+def flight(order: list[int]) -> tuple[Load, list[Span]]:
+    """The segments one after the other."""
+    current = np.concatenate([PARTS[k] for k in order])
+    ends = SAMPLE_S * np.cumsum([0, *(PARTS[k].size for k in order)])
+    load = Load(time_s=np.arange(current.size + 1.0) * SAMPLE_S, current_A=np.append(current, 1.0))
+    spans = [
+        Span(name=NAMES[k], start_s=float(a), stop_s=float(b))
+        for k, a, b in zip(order, ends[:-1], ends[1:], strict=True)
+    ]
+    return load, spans
+
+
+def manoeuvre(name: str) -> Manoeuvre:
+    own = [part for part, n in zip(PARTS, NAMES, strict=True) if n == name]
+    pieces = tuple(
+        Piece(
+            duration_s=p.size * SAMPLE_S,
+            mean_A=float(p.mean()),
+            rms_A=float(np.sqrt(np.mean(p**2))),
+        )
+        for p in own
+    )
+    wave = Waveform(current_A=np.concatenate(own), sample_s=SAMPLE_S)
+    return Manoeuvre(name=name, waveform=wave, pieces=pieces)
+
+
+@pytest.fixture(scope="module")
+def pack() -> Pack:
+    return Pack(cell=load_cell("lipo_2200"), series=4, initial_soc=0.95, initial_K=300.0)
+
+
+@pytest.fixture(scope="module")
+def whole(pack: Pack) -> Study:
+    load, spans = flight(list(range(9)))
+    return study(pack, load, [manoeuvre(name) for name, *_ in LEGS], spans)
+
+
+def test_the_spans_add_up_to_the_flight(whole: Study, pack: Pack) -> None:
+    flown = whole.attribution
+    load, _ = flight(list(range(9)))
+    parts = total(flown.costs)
+    assert flown.status is Status.DONE
+    assert parts.drawn_C == pytest.approx(load.charge_C(), rel=1e-12)
+    for of in MEASURES.values():
+        assert of(parts.loss) == pytest.approx(of(flown.whole.loss), rel=1e-9)
+    ledger, full = Ledger(ageing(pack)), whole.assessment.baselines.reference.end_state
+    state = started(ageing(pack), full, load.ambient_K)
+    once = simulate(ageing(pack), load, state=state).require()
+    lost = ledger.loss(once.end_state) - ledger.loss(state)
+    assert flown.whole.loss.inventory_C == pytest.approx(lost.inventory_C, rel=1e-6)
+    assert lost.inventory_C + lost.plated_C == pytest.approx(lost.lithium_C, abs=1e-7)
+
+
+def test_a_flight_starts_with_its_own_charge_and_temperature(whole: Study, pack: Pack) -> None:
+    full = whole.assessment.baselines.reference.end_state
+    state = started(ageing(pack), full, 298.15)
+    first = simulate(ageing(pack), Load(time_s=np.zeros(1), current_A=np.zeros(1)), state=state)
+    assert float(first.soc[0]) == pytest.approx(0.95, abs=1e-3)  # some plated lithium returns
+    assert float(first.temperature_K[0]) == 300.0
+
+
+def test_a_motion_flown_from_full_to_empty_costs_the_same_in_both_views(
+    whole: Study, pack: Pack
+) -> None:
+    """Where charge and temperature are the same, so is the damage: they are what differs."""
+    full = whole.assessment.baselines.reference.end_state
+    m = manoeuvre("vertical")
+    load = m.waveform.load(7000.0, 298.15)
+    span = Span(name="vertical", start_s=0.0, stop_s=float(load.time_s[-1]))
+    again = attribute(
+        replace(ageing(pack), initial_soc=1.0, initial_K=298.15),
+        load,
+        [span],
+        formed=full,
+        waveforms={"vertical": m.waveform},
+    )
+    for name, of in MEASURES.items():
+        flown, repeated = again.by_name()["vertical"], again.repeated["vertical"]
+        share = of(flown.loss) / flown.drawn_C * repeated.drawn_C / of(repeated.loss)
+        if name != "positive":  # under pressure all the way: nothing is lost
+            assert share == pytest.approx(1.0, abs=0.1), name  # the last tenth was left out
+
+
+@pytest.mark.parametrize("order", [[2, 0, 1, 5, 3, 4, 8, 6, 7], [0, 7, 5, 6, 4, 2, 3, 1, 8]])
+def test_the_order_of_segments_changes_less_than_the_stated_uncertainty(
+    whole: Study, pack: Pack, order: list[int]
+) -> None:
+    load, spans = flight(order)
+    full = whole.assessment.baselines.reference.end_state
+    other = attribute(ageing(pack), load, spans, formed=full, waveforms={})
+    for name, cost in whole.attribution.by_name().items():
+        for measure in ("lithium", "sei", "sei_on_cracks", "negative"):
+            of, moved = MEASURES[measure], other.by_name()[name]
+            change = (of(moved.loss) / moved.drawn_C) / (of(cost.loss) / cost.drawn_C) - 1
+            std = whole.attribution.relative_std(name, measure)
+            assert abs(change) < 2 * std, (name, measure, change, std)
+
+
+def test_a_flight_the_pack_cannot_finish_is_told_as_far_as_it_came(
+    whole: Study, pack: Pack
+) -> None:
+    load, spans = flight(list(range(9)))
+    empty = replace(ageing(pack), initial_soc=0.3)
+    full = whole.assessment.baselines.reference.end_state
+    flown = attribute(empty, load, spans, formed=full, waveforms={})
+    assert flown.status is Status.LOWER_CUT_OFF
+    assert 0 < len(flown.costs) < len(spans)
+    assert flown.whole.drawn_C < load.charge_C()
+
+
+def test_a_part_of_a_load_has_its_current() -> None:
+    load = Load(time_s=np.array([0.0, 1.0, 3.0]), current_A=np.array([0.0, 2.0, 4.0]))
+    part = between(load, 0.5, 2.0)
+    np.testing.assert_allclose(part.time_s, [0.5, 1.0, 2.0])
+    np.testing.assert_allclose(part.current_A, [1.0, 2.0, 3.0])
+
+
+def test_quick_is_without_counterfactuals_and_lives(whole: Study) -> None:
+    assert whole.lives is None
+    assert not any(own.counterfactuals for own in whole.assessment.motions.values())
+
+
+def test_what_drives_the_damage_is_seen_by_leaving_it(pack: Pack) -> None:
+    found = assess(pack, [manoeuvre("vertical")], Protocol(cycles=1), counterfactuals=True)
+    own = found.motions["vertical"]
+    assert set(own.counterfactuals) == {"peaks", "ripple", "ramps", "duty", TEMPERATURE}
+    assert own.without(TEMPERATURE, "sei", Part.FLIGHT) > 0.1  # warmth makes films grow
+    assert own.without("peaks", "sei", Part.FLIGHT) > 0.01  # and peaks make warmth
+    assert own.counterfactuals[TEMPERATURE].flight.max_K == pytest.approx(298.15)
+    assert np.isnan(own.without("peaks", "positive", Part.FLIGHT))  # of next to nothing
+
+
+def test_a_pack_lasts_fewer_flights_if_it_stands_for_days(pack: Pack) -> None:
+    load, _ = flight([0, 1, 2, 3, 4, 5])
+    found = project(ageing(pack), load, share=0.985)
+    assert 0 < found.daily.reached < 0.5 * found.soon.reached
+    assert load.charge_C() / load.time_s[-1] < found.most_A < load.current_A.max()
+    assert found.gentle.reached == pytest.approx(found.soon.reached, rel=0.1)
+
+
+def test_a_projected_life_is_the_life_that_is_simulated(pack: Pack) -> None:
+    quick = (Sei(solvent_diffusivity_m2_s=30 * 2.5e-22), ActiveMaterialLoss(rate_1_s=3e-5))
+    worn = ageing(replace(pack, initial_soc=1.0, effects=quick))
+    regime = Regime(load=constant(16.0, 1.0).load(5000.0, 298.15), rest_s=600.0)
+    told = life(worn, regime, share=0.9)
+    lived = islice(age(worn, regime), int(told.reached) + 3)
+    capacity = np.array([a.cycle.health.capacity_C for a in lived])
+    reached = np.interp(-0.9 * capacity[0], -capacity, np.arange(capacity.size))
+    assert told.reached == pytest.approx(reached, rel=0.02)
+    assert abs(told.reached - reached) < told.error
+
+
+def test_a_life_that_cannot_go_on_says_why(pack: Pack) -> None:
+    quick = (ActiveMaterialLoss(rate_1_s=3e-5),)
+    worn = ageing(replace(pack, initial_soc=1.0, effects=quick))
+    most_C = cycle(worn, constant(16.0, 1.0), Protocol(cycles=1)).drawn_C
+    told = life(worn, Regime(load=constant(16.0, 1.0).load(0.99 * most_C, 298.15), rest_s=0.0))
+    assert np.isnan(told.reached)
+    assert "in the flight" in told.ended

@@ -1,0 +1,55 @@
+"""What each motion does to the battery: `study` is where to begin."""
+
+from twin.damage.assess import (
+    TEMPERATURE,
+    Assessed,
+    Assessment,
+    Manoeuvre,
+    Ratio,
+    ageing,
+    assess,
+)
+from twin.damage.attribution import Attribution, Cost, Span, attribute
+from twin.damage.baselines import Baselines
+from twin.damage.counterfactual import FEATURES
+from twin.damage.cycles import CannotCycle, Cycled, Extremes, Protocol, cycle
+from twin.damage.loss import Loss
+from twin.damage.measures import MEASURES, Part, number
+from twin.damage.projection import Projection, life
+from twin.damage.spread import Piece
+from twin.damage.study import Lives, Study, study
+from twin.damage.waveform import Waveform, WaveformError, constant
+
+__all__ = [
+    "FEATURES",
+    "MEASURES",
+    "TEMPERATURE",
+    "Assessed",
+    "Assessment",
+    "Attribution",
+    "Baselines",
+    "CannotCycle",
+    "Cost",
+    "Cycled",
+    "Extremes",
+    "Lives",
+    "Loss",
+    "Manoeuvre",
+    "Part",
+    "Piece",
+    "Projection",
+    "Protocol",
+    "Ratio",
+    "Span",
+    "Study",
+    "Waveform",
+    "WaveformError",
+    "ageing",
+    "assess",
+    "attribute",
+    "constant",
+    "cycle",
+    "life",
+    "number",
+    "study",
+]

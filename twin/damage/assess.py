@@ -1,0 +1,226 @@
+"""Damage of each motion beside constant current at the same mean: `assess`.
+
+Every waveform, every baseline and every counterfactual is a run of its own (`cycles.cycle`) under
+one protocol. Runs are shared out to threads: the compiled kernel lets other threads run.
+"""
+
+import os
+from collections.abc import Mapping, Sequence
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass, replace
+from functools import partial
+
+from twin.damage.baselines import Baselines, currents_A
+from twin.damage.counterfactual import FEATURES
+from twin.damage.cycles import CannotCycle, Cycled, Protocol, cycle
+from twin.damage.measures import MEASURES, NEXT_TO_NOTHING, Part, number
+from twin.damage.spread import Piece, relative_std
+from twin.damage.waveform import Waveform, constant
+from twin.effects import AGEING, AnyEffect, SelfHeating
+from twin.kernel import Backend
+from twin.pack import Pack
+from twin.pack_model import pack_model
+from twin.simulate import DEFAULT_MESH
+
+TEMPERATURE = "temperature"
+"""Beside FEATURES: the pack is held at the temperature of the air."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Manoeuvre:
+    """A motion as it is assessed.
+
+    Attributes:
+        name: of the motion.
+        waveform: that stands for it.
+        pieces: the segments it was made from; their spread is the motion's own.
+        off_mean_A: by which the waveform misses the mean of its segments.
+        off_rms_A: likewise, of the root mean square.
+        speed_m_s: through the air or over ground, for damage per distance; None if not known.
+    """
+
+    name: str
+    waveform: Waveform
+    pieces: tuple[Piece, ...] = ()
+    off_mean_A: float = 0.0
+    off_rms_A: float = 0.0
+    speed_m_s: float | None = None
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Ratio:
+    """Of a motion to a constant current, and one standard deviation of it; NaN if not known."""
+
+    value: float
+    std: float
+
+
+UNKNOWN = Ratio(value=float("nan"), std=float("nan"))
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Assessed:
+    """One motion.
+
+    Attributes:
+        manoeuvre: what was assessed.
+        cycled: what it costs.
+        normalised: part -> measure -> over the reference baseline.
+        excess: part -> measure -> over constant current at the same mean, per flight.
+        energy: drawn in a flight, over that of constant current at the same mean.
+        counterfactuals: feature -> the same without it; empty if they were not asked for.
+        cannot: features whose counterfactual the pack cannot fly, with the reason.
+    """
+
+    manoeuvre: Manoeuvre
+    cycled: Cycled
+    normalised: Mapping[Part, Mapping[str, Ratio]]
+    excess: Mapping[Part, Mapping[str, Ratio]]
+    energy: float
+    counterfactuals: Mapping[str, Cycled]
+    cannot: Mapping[str, str]
+
+    def without(self, feature: str, measure: str, part: Part = Part.WHOLE) -> float:
+        """Damage that goes when `feature` goes, over the motion's own; < 0 if it grows."""
+        of = number(measure, part)
+        own = of(self.cycled)
+        if abs(own) <= NEXT_TO_NOTHING * abs(number(measure, Part.WHOLE)(self.cycled)):
+            return float("nan")
+        return (own - of(self.counterfactuals[feature])) / own
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Assessment:
+    """All motions of a flight.
+
+    Attributes:
+        pack: as it was cycled: every effect of ageing is on.
+        protocol: what was done with it.
+        baselines: constant currents around the motions' means.
+        motions: name -> what it costs.
+        cannot: name -> why a motion could not be assessed.
+    """
+
+    pack: Pack
+    protocol: Protocol
+    baselines: Baselines
+    motions: Mapping[str, Assessed]
+    cannot: Mapping[str, str]
+
+
+def ageing(pack: Pack) -> Pack:
+    """`pack` with self-heating and every effect of ageing: those it lacks with their defaults."""
+    has = {type(effect) for effect in pack.effects}
+    more: tuple[AnyEffect, ...] = tuple(k() for k in (SelfHeating, *AGEING) if k not in has)
+    return replace(pack, effects=(*pack.effects, *more))
+
+
+def assess(
+    pack: Pack,
+    manoeuvres: Sequence[Manoeuvre],
+    protocol: Protocol,
+    *,
+    counterfactuals: bool = False,
+) -> Assessment:
+    """What each of `manoeuvres`, one or more, costs `pack`.
+
+    Args:
+        pack: whose effects of ageing count with their numbers; those it lacks are added.
+        manoeuvres: each under a name of its own.
+        protocol: of every run.
+        counterfactuals: also cycle each motion without each of its features.
+
+    Raises:
+        CannotCycle: fewer than two constant currents can be cycled, so that there is nothing to
+            compare with; with the reason.
+    """
+    whole = ageing(pack)
+    isothermal = replace(
+        whole, effects=tuple(e for e in whole.effects if not isinstance(e, SelfHeating))
+    )
+    steady = currents_A([m.waveform.mean_A for m in manoeuvres])
+    sample_s = min(m.waveform.sample_s for m in manoeuvres)  # the same steps, the same errors
+    tasks = {(m.name, ""): (whole, m.waveform) for m in manoeuvres}
+    if counterfactuals:
+        for m in manoeuvres:
+            tasks |= {(m.name, f): (whole, make(m.waveform)) for f, make in FEATURES.items()}
+            tasks[m.name, TEMPERATURE] = isothermal, m.waveform
+    tasks |= {
+        ("", f"{current_A!r}"): (whole, constant(current_A, sample_s)) for current_A in steady
+    }
+    done = _all(tasks, protocol)
+    baselines = _baselines([done["", repr(amp)] for amp in steady])
+    motions, cannot = {}, {}
+    for m in manoeuvres:
+        own = done[m.name, ""]
+        if isinstance(own, Cycled):
+            features = {f: run for (name, f), run in done.items() if name == m.name and f}
+            motions[m.name] = _assessed(m, own, features, baselines)
+        else:
+            cannot[m.name] = own
+    return Assessment(
+        pack=whole, protocol=protocol, baselines=baselines, motions=motions, cannot=cannot
+    )
+
+
+Key = tuple[str, str]
+"""Name of a motion or "", and the feature left out, "" for none, or a baseline's current."""
+
+
+def _all(tasks: Mapping[Key, tuple[Pack, Waveform]], protocol: Protocol) -> dict[Key, Cycled | str]:
+    """Key -> what came of it, or why nothing did."""
+    for pack, _ in tasks.values():
+        pack_model(pack, DEFAULT_MESH, Backend.AUTO)  # compiled here, once, not by every thread
+    with ThreadPoolExecutor(os.cpu_count()) as pool:
+        results = list(pool.map(partial(_one, protocol=protocol), tasks.values()))
+    return dict(zip(tasks, results, strict=True))
+
+
+def _one(task: tuple[Pack, Waveform], protocol: Protocol) -> Cycled | str:
+    try:
+        return cycle(*task, protocol)
+    except CannotCycle as e:
+        return str(e)
+
+
+def _baselines(runs: Sequence[Cycled | str]) -> Baselines:
+    good = tuple(run for run in runs if isinstance(run, Cycled))
+    if len(good) < 2:
+        reasons = {run for run in runs if isinstance(run, str)}
+        raise CannotCycle(f"no constant currents to compare with: {'; '.join(sorted(reasons))}")
+    return Baselines(good)
+
+
+def _assessed(
+    m: Manoeuvre, own: Cycled, features: Mapping[str, Cycled | str], baselines: Baselines
+) -> Assessed:
+    energy = own.energy_J / baselines.at(m.waveform.mean_A, lambda c: c.energy_J)
+    both = {p: {name: _compared(m, own, name, p, baselines) for name in MEASURES} for p in Part}
+    return Assessed(
+        manoeuvre=m,
+        cycled=own,
+        normalised={p: {name: pair[0] for name, pair in v.items()} for p, v in both.items()},
+        excess={p: {name: pair[1] for name, pair in v.items()} for p, v in both.items()},
+        energy=energy,
+        counterfactuals={f: run for f, run in features.items() if isinstance(run, Cycled)},
+        cannot={f: run for f, run in features.items() if isinstance(run, str)},
+    )
+
+
+def _compared(
+    m: Manoeuvre, own: Cycled, measure: str, part: Part, baselines: Baselines
+) -> tuple[Ratio, Ratio]:
+    """Over the reference baseline, and over constant current at the same mean."""
+    of, mean_A = number(measure, part), m.waveform.mean_A
+    same_mean = baselines.at(mean_A, of)
+    if abs(same_mean) <= NEXT_TO_NOTHING * abs(baselines.at(mean_A, number(measure, Part.WHOLE))):
+        return UNKNOWN, UNKNOWN
+    ratio = of(own) / same_mean
+    slope = baselines.slope(mean_A, of) * mean_A / same_mean
+    off_A = m.off_mean_A, m.off_rms_A
+    std = [relative_std(m.waveform, m.pieces, off_A, s, ratio - 1) for s in (slope, 0.0)]
+    per_reference = same_mean / of(baselines.reference)
+    return (
+        Ratio(value=ratio * per_reference, std=abs(per_reference) * std[0]),
+        Ratio(value=ratio, std=std[1]),
+    )
