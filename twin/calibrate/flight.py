@@ -21,7 +21,6 @@ from twin.calibrate.answer import (
     AT_BOUND,
     MOST_OF_PRIOR,
     NINETY,
-    SOME_OF_PRIOR,
     Estimate,
     Verdict,
     correlation_time,
@@ -33,6 +32,7 @@ from twin.pack import Pack
 
 FloatArray = npt.NDArray[np.float64]
 
+TOLD = 0.9  # standard error over that of the prior: more, and a flight does not tell it
 LEAST_S, LEAST_SAMPLES = 30.0, 30
 """In the air, with voltage: below it a fall by charge and a fall by load look alike."""
 FOLDS = 4
@@ -119,7 +119,7 @@ def fit_flight(pack: Pack, flown: Flown, known: Known) -> FlightFit | NotFitted:
     sigma_V, coarse_V = (independent.each_V(_samples(f)) for f in (flown, coarse))
     problem = FlightProblem(pack, flown, free, sigma_V)
     q = _least(problem, q)
-    told = _knowledge(problem, q).std <= SOME_OF_PRIOR
+    told = _knowledge(problem, q).std <= TOLD
     if not told.any():
         return NotFitted("its voltage tells nothing that was not known before")
     kept = [f for f, t in zip(free, told, strict=True) if t]
@@ -274,6 +274,6 @@ def _estimate(quantity: Quantity, q: float, error: float, bounds: tuple[float, f
 
 
 def _verdict(left_of_prior: float) -> Verdict:
-    if left_of_prior > SOME_OF_PRIOR:
+    if left_of_prior > TOLD:
         return Verdict.PRIOR
     return Verdict.IDENTIFIED if left_of_prior <= MOST_OF_PRIOR else Verdict.PARTLY
