@@ -53,10 +53,10 @@ def test_the_covariance_is_that_of_estimates_of_many_drawn_truths(held: tuple[in
 
 
 def test_of_parameters_that_only_a_sum_is_told_of_some_stay_free() -> None:
-    k = 12
+    k = 40
     problem = linear(np.full((50, k), 10.0), np.eye(k))
     names = not_identified(problem, np.zeros(k))
-    # each alone keeps sqrt(1 - 1 / 12) of its prior, more than 0.9; one of five sqrt(4 / 5)
-    assert len(names) == k - 5
+    # each alone keeps sqrt(1 - 1 / 40) of its prior, more than 0.98; one of 25 sqrt(24 / 25)
+    assert len(names) == k - 25
     apart = linear(np.vstack([np.eye(2), np.eye(2)]) * [10.0, 0.1], np.eye(2))
     assert not_identified(apart, np.zeros(2)) == ("p1",)
