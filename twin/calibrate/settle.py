@@ -11,7 +11,7 @@ import numpy as np
 import numpy.typing as npt
 
 from twin.calibrate.answer import excess_of, not_identified
-from twin.calibrate.cell_map import Infeasible
+from twin.calibrate.cell_map import START_V, Infeasible
 from twin.calibrate.objective import Problem
 from twin.calibrate.polish import polish
 
@@ -44,15 +44,34 @@ def settled(problem: Problem, start: FloatArray) -> Iterator[Settled]:
 
 def weighed(best: Settled) -> Iterator[Settled]:
     """Weights, then what is held; from where `least_squares` end."""
-    for again in (reweighted, held_back):
-        problem = again(best.problem, best.q)
-        if problem is None:
-            continue
-        try:
-            for step in least_squares(problem, np.where(problem.held, 0.0, best.q)):
-                yield (best := step)
-        except Infeasible:  # no cell has the values of the prior beside the others'
-            continue
+    problem = reweighted(best.problem, best.q)
+    if problem is not None:
+        ends = [_end(problem, start) for start in (best.q, _as_known(problem, best.q))]
+        best = min([end for end in ends if end is not None], key=lambda end: end.cost, default=best)
+        yield best
+    problem = held_back(best.problem, best.q)
+    if problem is not None:
+        end = _end(problem, np.where(problem.held, 0.0, best.q))
+        yield best if end is None else end
+
+
+def _end(problem: Problem, start: FloatArray) -> Settled | None:
+    """Where least squares lead; None if no cell has the values of `start` (k,)."""
+    try:
+        *_, end = least_squares(problem, start)
+    except Infeasible:
+        return None
+    return end
+
+
+def _as_known(problem: Problem, q: FloatArray) -> FloatArray:
+    """The cell as it was known, each test starting as in `q` (k,).
+
+    Tests that weigh less may leave the least squares in a valley far from all that was known, in
+    which they would not be now.
+    """
+    of_cell = [not p.name.startswith(START_V) for p in problem.parameters]
+    return np.where(of_cell, 0.0, q)
 
 
 def least_squares(problem: Problem, start: FloatArray) -> Iterator[Settled]:
