@@ -103,6 +103,7 @@ def write_page(files: Files, found: Calibration, frame: Frame, journal: Journal)
         seed=frame.seed,
         doubts=frame.doubts,
         version=version(),
+        unlike=frame.unlike,
     )
     write_whole(files.page, render(calibration_page(report)))
 

@@ -2,6 +2,7 @@
 
 from collections.abc import Callable
 
+from reports.calibration.cells import cells
 from reports.calibration.errors import errors
 from reports.calibration.fits import fits
 from reports.calibration.further import further, remarks
@@ -56,5 +57,5 @@ def provenance(report: CalibrationReport) -> Section:
 
 
 CALIBRATION_SECTIONS: tuple[Callable[[CalibrationReport], Section | None], ...] = (
-    summary, fits, errors, parameters, identifiability, further, remarks, provenance,
+    summary, fits, errors, parameters, cells, identifiability, further, remarks, provenance,
 )  # fmt: skip

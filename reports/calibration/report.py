@@ -3,6 +3,7 @@
 from dataclasses import dataclass
 
 from twin.calibrate.run import Calibration
+from twin.calibrate.unlike import Unlike
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -32,6 +33,7 @@ class CalibrationReport:
         seed: of its random numbers.
         doubts: of the pack file and its cell.
         version: of the program.
+        unlike: the cells beside the calibrated one; None where their voltages were not measured.
     """
 
     found: Calibration
@@ -43,3 +45,4 @@ class CalibrationReport:
     seed: int
     doubts: tuple[str, ...]
     version: str
+    unlike: Unlike | None = None

@@ -16,6 +16,7 @@ from reports.calibration import (
     headline,
     uncertain,
 )
+from reports.calibration.cells import cells
 from reports.calibration.drawings import labels, short
 from reports.calibration.errors import errors
 from reports.calibration.fits import busiest, fits
@@ -31,6 +32,7 @@ from tests.twin.calibrate.synthetic import cell_pack, measured
 from twin.calibrate.answer import Verdict
 from twin.calibrate.checks import Fitted
 from twin.calibrate.run import ADVICE, Calibration, conclusions, problem_of
+from twin.calibrate.unlike import Difference, Unlike
 
 EVIL = '<script>alert("1")</script> $x_1$'
 
@@ -48,7 +50,11 @@ def found(names: tuple[str, ...] = ("2C", "pulses")) -> Calibration:
 
 
 def report(
-    of: Calibration, *, pack: str = "S500", doubts: tuple[str, ...] = ()
+    of: Calibration,
+    *,
+    pack: str = "S500",
+    doubts: tuple[str, ...] = (),
+    unlike: Unlike | None = None,
 ) -> CalibrationReport:
     return CalibrationReport(
         found=of,
@@ -60,6 +66,7 @@ def report(
         seed=0,
         doubts=doubts,
         version="0.1.0",
+        unlike=unlike,
     )
 
 
@@ -266,3 +273,30 @@ def test_large_tests_do_not_make_the_page_huge() -> None:
     )
     html = content(fits(report(many)), errors(report(many)))
     assert len(html.encode()) < 2_000_000
+
+
+def test_cells_that_differ_have_a_section_and_cells_that_do_not_have_none() -> None:
+    capacity = Difference(
+        quantity="capacity_factor", unit="1", value=np.array([-0.06, 0.02, 0.04]),
+        std=np.full(3, 0.005), chance=1e-9,
+    )  # fmt: skip
+    charge = Difference(
+        quantity="soc_offset", unit="1", value=np.array([0.001, 0.0, -0.001]),
+        std=np.full(3, 0.002), chance=0.4,
+    )  # fmt: skip
+    unlike = Unlike(
+        soc=0.9, differences=(capacity, charge), weak=(), answer=None,
+        before_V=np.array([0.035, 0.01, 0.02]), after_V=np.full(3, 0.002),
+    )  # fmt: skip
+    section = cells(report(found(), unlike=unlike))
+    assert section is not None
+    assert section.lead == (
+        "The cells differ in capacity. Cell 1 is furthest from the others: the mean cell misses "
+        "its voltage by 35.0 mV, its own numbers by 2.0 mV.",
+    )
+    assert [cell.text for cell in section.tables[0].rows[0]] == [
+        "1", "-6.00 (-6.82 to -5.18)", "+0.10 (-0.23 to +0.43)", "35.0", "2.0",
+    ]  # fmt: skip
+    alike = replace(unlike, differences=(charge,))
+    assert "no difference" in content(cells(report(found(), unlike=alike)))
+    assert cells(report(found())) is None
