@@ -44,10 +44,11 @@ def _said(unlike: Unlike) -> str:
         return "The voltages of the cells show no difference that is more than noise."
     weak = int(np.argmax(unlike.before_V)) + 1
     what = " and ".join(", ".join(told).rsplit(", ", 1))
+    before_mV, after_mV = (1e3 * float(v[weak - 1]) for v in (unlike.before_V, unlike.after_V))
     return (
         f"The cells differ in {what}. Cell {weak} is furthest from the others: the mean cell "
-        f"misses its voltage by {fixed(1e3 * float(unlike.before_V.max()), 1)} mV, its own numbers by "
-        f"{fixed(1e3 * float(unlike.after_V[weak - 1]), 1)} mV."
+        f"misses its voltage by {fixed(before_mV, 1)} mV, its own numbers by "
+        f"{fixed(after_mV, 1)} mV."
     )
 
 
