@@ -6,7 +6,7 @@ evidence times what was believed before. Residuals of the best that are more tha
 make all evidence worth less by that factor: none of the models is then quite true.
 """
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -21,8 +21,9 @@ PRIOR = 0.02
 """Of an effect, before anything is seen; of the controls, that nothing is left out, 1 / (1 + 20 x)
 of it remains when twenty of them are looked for."""
 MOST_EFFECTS = 3
-BEAM = 3  # models of one size from which the next larger ones grow
-PLAUSIBLE = 6  # additions that are fitted in full, the best by the linearised twin
+TRIED = 12
+"""Larger combinations of each size that are fitted: those that the linearised twin, about each of
+the smaller ones, says leave least."""
 SAID = 2.0
 """Excess below which nothing is left to say: of 100 residuals of pure noise one exceeds it."""
 
@@ -67,12 +68,16 @@ def models(
     fitted(())
     for h in hypotheses:
         fitted([h])
+    shapes = {h.id: _shapes(h, done[()], data) for h in hypotheses}
     for size in range(1, MOST_EFFECTS):
         if min(f.excess for f in done.values()) < SAID:
             break
-        for base in _best(done.values(), size):
-            for h in _additions(base, hypotheses, done):
-                fitted([*base.problem.hypotheses, h], base)
+        for base, h in _larger(size, hypotheses, done, shapes):
+            fitted([*base.problem.hypotheses, h], base)
+        best = _judged(done.values())[0].fitted  # is one of its effects not needed?
+        for k in range(len(best.ids)):
+            rest = best.problem.hypotheses
+            fitted([*rest[:k], *rest[k + 1 :]], best)
     return _judged(done.values())
 
 
@@ -94,26 +99,34 @@ def _judged(fits: Iterable[Fitted]) -> tuple[Model, ...]:
     return tuple(sorted(out, key=lambda m: -m.log_evidence))
 
 
-def _best(fits: Iterable[Fitted], size: int) -> list[Fitted]:
-    """The BEAM best models of one size."""
-    whole = [f for f in fits if len(f.ids) == size]
-    scale = scale_of(whole)
-    return sorted(whole, key=lambda f: -f.log_evidence(scale))[:BEAM]
+def _larger(
+    size: int, hypotheses: Sequence[Hypothesis], done: Mapping[tuple[str, ...], Fitted],
+    shapes: Mapping[str, FloatArray],
+) -> list[tuple[Fitted, Hypothesis]]:  # fmt: skip
+    """Models of `size` effects, each with one to add, that promise to leave least."""
+    promised: dict[tuple[str, ...], tuple[float, Fitted, Hypothesis]] = {}
+    for base in [f for f in done.values() if len(f.ids) == size]:
+        r, own = base.there.residuals, base.there.slopes
+        for h in hypotheses:
+            ids = tuple(sorted({*base.ids, h.id}))
+            left = float(r @ r) - _explained(r, own, shapes[h.id])
+            if len(ids) > size and (ids not in promised or left < promised[ids][0]):
+                promised[ids] = (left, base, h)
+    return [(base, h) for _, base, h in sorted(promised.values(), key=lambda p: p[0])[:TRIED]]
 
 
-def _additions(
-    base: Fitted, hypotheses: Sequence[Hypothesis], done: dict[tuple[str, ...], Fitted]
-) -> list[Hypothesis]:
-    """Hypotheses that could say most of what `base` leaves, by their slopes when alone."""
-    r, own = base.there.residuals, base.there.slopes
-    gains = []
-    for h in hypotheses:
-        if h.id in base.ids:
-            continue
-        alone = done[(h.id,)].there.slopes[:, : len(h.fitted)]
-        gains.append((_explained(r, own, alone), h))
-    gains.sort(key=lambda pair: -pair[0])
-    return [h for _, h in gains[:PLAUSIBLE]]
+def _shapes(h: Hypothesis, null: Fitted, data: Data) -> FloatArray:
+    """(m, columns) what an effect does to the whitened residuals of the fitted recordings.
+
+    Where a fit starts: the whole change since it was absent, and the slopes by its numbers.
+    """
+    problem = data.problems([h])[0]
+    columns = []
+    for start in problem.starts():
+        there = problem.evidence(start)
+        before = null.problem.evidence(np.zeros(null.problem.size)).residuals
+        columns += [(there.residuals - before)[:, None], there.slopes[:, : len(h.fitted)]]
+    return np.hstack(columns)
 
 
 def _explained(residuals: FloatArray, own: FloatArray, more: FloatArray) -> float:

@@ -81,6 +81,7 @@ def _named(h: Hypothesis, best: Model, models: Sequence[Model], scale: float) ->
     errors = fitted.problem.stds(fitted.q, std)[h.id]
     return NamedEffect(
         id=h.id,
+        pack_id=h.kind.id,
         probability=sum(m.probability for m in models if {h.id, *alike} & set(m.ids)),
         equivalent=alike,
         parameters=tuple(

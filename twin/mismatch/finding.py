@@ -38,6 +38,7 @@ class NamedEffect:
 
     Attributes:
         id: of the effect.
+        pack_id: what a pack file calls it.
         probability: that it, or one of its equivalents, is part of what was left out.
         equivalent: others that these recordings cannot tell from it, the likeliest first.
         parameters: at their best.
@@ -47,6 +48,7 @@ class NamedEffect:
     """
 
     id: str
+    pack_id: str
     probability: float
     equivalent: tuple[str, ...]
     parameters: tuple[Value, ...]

@@ -65,8 +65,20 @@ class Fitted:
 
     @property
     def excess(self) -> float:
-        """Mean square of all whitened residuals times their correlation time; 1 if all is said."""
-        return max(excess_of(self.there.residuals), excess_of(self.ahead.residuals))
+        """Mean square of whitened residuals times their correlation time; 1 if all is said.
+
+        Of the fitted or the held-out recordings, whichever is more; the starts of those that were
+        held out are taken at their best within their tolerance.
+        """
+        r, own = self.ahead.residuals, self.ahead.slopes[:, self._shared :]
+        inner = np.eye(own.shape[1]) + own.T @ own
+        started = r - own @ np.linalg.solve(inner, own.T @ r)
+        return max(excess_of(self.there.residuals), excess_of(started))
+
+    @property
+    def _shared(self) -> int:
+        """Coordinates that fitted and held-out recordings have in common, the first ones."""
+        return self.q.size - len(self.problem.flights)
 
     def log_evidence(self, scale: float) -> float:
         """Of all recordings, variances being `scale` times what was expected."""
@@ -80,7 +92,7 @@ class Fitted:
 
     def _log_ahead(self, scale: float) -> float:
         """Of what was held out, by the posterior of the numbers; its own starts by their prior."""
-        shared = self.q.size - len(self.problem.flights)
+        shared = self._shared
         r, j = self.ahead.residuals, self.ahead.slopes
         before = np.eye(j.shape[1])
         before[:shared, :shared] = np.linalg.inv(self.covariance(scale)[:shared, :shared])

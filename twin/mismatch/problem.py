@@ -25,7 +25,7 @@ FloatArray = npt.NDArray[np.float64]
 A = TypeVar("A")
 B = TypeVar("B")
 
-START_SOC = 0.005
+START_SOC = 0.002
 """Tolerance of the state of charge at the start, standard deviation."""
 BEYOND_V = 1.0  # a cell goes on for so long beyond its cut-offs
 DIFFERENCE = 1e-4
