@@ -11,6 +11,7 @@ noise (Anderson, Moore, Optimal Filtering, 1979, chapter 4).
 
 from collections.abc import Iterator
 from dataclasses import dataclass
+from math import sqrt
 
 import numpy as np
 import numpy.typing as npt
@@ -22,6 +23,7 @@ BoolArray = npt.NDArray[np.bool_]
 THIRD = np.sqrt(20.0)  # of third differences over white noise: 1 + 9 + 9 + 1
 NORMAL = 0.6745  # median of |x| of a normal distribution
 LEAST_V = 1e-4
+LONGEST_S = 1.0  # of samples that are taken together: slower is physics
 GAP_STEPS = 5.0  # of the usual step: what follows is a piece of its own
 
 
@@ -40,17 +42,33 @@ class Noise:
     slow_s: float
 
 
-def white_V(residual_V: FloatArray, current_A: FloatArray) -> float:
-    """Standard deviation of the white part of residuals (n,), NaN where not measured [V].
+def white_V(residual_V: FloatArray, current_A: FloatArray, period_s: float) -> float:
+    """Standard deviation of white noise as dense as that of residuals (n,) [V].
 
     From third differences: what is smooth cancels; what jumps with the current, as far as it is in
-    proportion to it and to its neighbours, is taken out first. At least that of the steps in which
-    the voltage was recorded.
+    proportion to it and to its neighbours, is taken out first. Of samples and of means over 2, 4
+    and 8 of them (up to LONGEST_S): noise that was smoothed or interpolated is little from sample
+    to sample and shows in the means. The largest counts.
     """
+    sizes = [size for size in (1, 2, 4, 8) if size == 1 or size * period_s <= LONGEST_S]
+    spreads = [
+        sqrt(size) * _spread_V(_means(residual_V, size), _means(current_A, size)) for size in sizes
+    ]
+    return max(spreads)
+
+
+def _means(values: FloatArray, size: int) -> FloatArray:
+    """(n // size,) of so many samples each."""
+    whole = values.size // size * size
+    return np.asarray(values[:whole].reshape(-1, size).mean(axis=1), dtype=float)
+
+
+def _spread_V(residual_V: FloatArray, current_A: FloatArray) -> float:
+    """Standard deviation of one value about what is smooth and what follows the current [V]."""
     third, drive = np.diff(residual_V, n=3), np.diff(current_A, n=3)
     lagged = np.column_stack([np.roll(drive, k) for k in (-1, 0, 1)])
-    good = np.isfinite(third)
-    good[[0, -1]] = False
+    good = np.ones(third.size, dtype=bool)
+    good[:1] = good[-1:] = False
     if np.count_nonzero(good) < 2 * lagged.shape[1]:
         return LEAST_V
     slopes = np.linalg.lstsq(lagged[good], third[good], rcond=None)[0]
@@ -106,7 +124,7 @@ class Whitener:
 
 def whitener(time_s: FloatArray, judged: BoolArray, noise: Noise) -> Whitener:
     """For one recording."""
-    dt = np.diff(time_s)
+    dt = np.diff(time_s[judged])
     period_s = float(np.median(dt)) if dt.size else 1.0
     return Whitener(tuple(_pieces(time_s, judged, GAP_STEPS * period_s)), noise, period_s)
 

@@ -71,7 +71,10 @@ def noise_of(flight: Flight, slow_V: float | None) -> Noise:
     residual_V = np.full(flight.time_s.size, np.nan)
     n = simulated_V.size
     residual_V[:n] = flight.voltage_V[:n] - simulated_V
-    white = white_V(np.where(flight.judged, residual_V, np.nan), flight.load.current_A)
+    counted = flight.judged & np.isfinite(residual_V)
+    dt = np.diff(flight.time_s[counted])
+    period_s = float(np.median(dt)) if dt.size else 1.0
+    white = white_V(residual_V[counted], flight.load.current_A[counted], period_s)
     return Noise(
         white_V=max(white, step_V(flight.voltage_V) / np.sqrt(12.0)),
         slow_V=SLOW_V * flight.pack.series if slow_V is None else slow_V,
