@@ -60,11 +60,16 @@ class Hypothesis:
         return replace(pack, effects=tuple(new if e is own else e for e in pack.effects))
 
     def bounds(self, pack: Pack) -> tuple[tuple[float, float], ...]:
-        """(least, most) of each of `fitted`: no cell starts emptier than empty or above full."""
+        """(least, most) of each of `fitted`.
+
+        No cell starts emptier than empty or above full, and none is weak by conducting better.
+        """
         limits = {p.name: (p.lower, p.upper) for p in self.parameters}
         for name in ("offset", "soc_offset"):
             if name in limits and self.kind in (InitialSoc, WeakCell):
                 limits[name] = (-pack.initial_soc, 1.0 - pack.initial_soc)
+        if self.kind is WeakCell and "resistance_ohm" in limits:
+            limits["resistance_ohm"] = (0.0, limits["resistance_ohm"][1])
         return tuple(limits[name] for name in self.fitted)
 
 
