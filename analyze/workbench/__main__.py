@@ -278,12 +278,27 @@ def calibrate(**options: object) -> None:
     "the last of several LOGs, or every second sixth of a single one.",
 )
 @click.option("--pack", type=AnyFile, required=True, help="The pack, as pack.toml describes it.")
-@out("mismatch.json there is replaced.")
+@out("mismatch.json, explain.html and reveal.json there are replaced.")
 @click.option(
     "--adopt",
     type=click.Path(dir_okay=False, path_type=Path),
     metavar="PACK.toml",
     help="Write the pack file with what was named switched on.",
+)
+@click.option(
+    "--conceal",
+    default="",
+    metavar="CHANNELS",
+    help="Channels of the logs to keep from the twin: temperature, cells, or both with a comma.",
+)
+@click.option(
+    "--reveal",
+    multiple=True,
+    type=AnyFile,
+    metavar="CSV",
+    help="Measured temperature or cell voltages (time_s, temperature_c, cell_1_v, ...), read after "
+    "the verdict is written and compared with the twin; may come several times. It belongs to the "
+    "recording whose name it begins with, else to the last one.",
 )
 @click.option(
     "--between",

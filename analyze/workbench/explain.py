@@ -2,31 +2,40 @@
 
 import json
 import os
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections import Counter
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import Any
 
 import click
-import numpy as np
 
 from analyze.checks import WrongUse, checked_pack, make_writable
+from analyze.conceal import Channel
+from analyze.names import printable
 from analyze.pack_choice import PackChoice
 from analyze.workbench.drawn import Ask, Drawn, pack_lines, read_drawn, refusing
-from analyze.workbench.listing import print_table
+from analyze.workbench.explained import print_finding, report_of
+from analyze.workbench.reveal import revealed_of
 from analyze.workbench.watch import watching
+from reports.mismatch import mismatch_page
+from reports.render import render
+from segment import motions_at
 from twin.mismatch import (
     Finding,
     Flight,
     MismatchError,
+    Revealed,
+    Verdict,
     adopted_text,
     explain,
     finding_json,
+    reveal_json,
 )
 from twin.whole_file import write_whole
 
-FILE = "mismatch.json"
-SHOWN = 6
-HEADER = ("left out", "probability", "held out, mV", "evidence lost")
+FILE, PAGE, REVEALED = "mismatch.json", "explain.html", "reveal.json"
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -40,19 +49,115 @@ class Request:
     adopt: Path | None
     between: str
     battery: int | None
+    conceal: str
+    reveal: tuple[Path, ...]
 
     def __post_init__(self) -> None:
         if self.adopt and self.adopt.suffix != ".toml":
             raise WrongUse(f"--adopt {click.format_filename(self.adopt)}: expected a name in .toml")
+        times = Counter(path.resolve() for path in self.logs)
+        if twice := [path for path, n in times.items() if n > 1]:
+            raise WrongUse(
+                f"{click.format_filename(twice[0])} is given twice: what is fitted cannot be held "
+                "out, and no recording counts twice"
+            )
+
+    @property
+    def logs(self) -> tuple[Path, ...]:
+        """All recordings."""
+        return *self.sources, *self.holdout
 
 
 def run(request: Request) -> int:
-    """Explain, write and tell; the exit code."""
+    """Explain, write and tell; the exit code.
+
+    The verdict is written before a channel that is to be revealed is opened.
+    """
+    concealed = _channels(request.conceal)
     choice = checked_pack(request.pack)
-    fitted = [_flight(path, request, choice) for path in request.sources]
-    held_out = [_flight(path, request, choice) for path in request.holdout]
+    files = named(request)
+    drawn = {name: _drawn(path, request, choice, concealed) for name, path in files.items()}
     make_writable(request.out)
-    with watching(None, "models") as tell:
+    finding = _explained(drawn, len(request.sources))
+    _write_verdict(request.out, finding)
+    print_finding(finding)
+    adopted = _adopted(request, choice, finding)
+    revealed: tuple[Revealed, ...] = ()
+    try:
+        with _refusing():
+            revealed = revealed_of(request.reveal, files, drawn, adopted)
+        if revealed:
+            write_whole(request.out / REVEALED, _json(reveal_json(revealed)))
+    finally:  # a channel that cannot be read takes nothing from the page
+        kept = tuple(sorted(c.value for c in concealed))
+        report = report_of(choice, files, drawn, finding, request.adopt if adopted else None)
+        shown = replace(report, revealed=revealed, concealed=kept)
+        write_whole(request.out / PAGE, render(mismatch_page(shown)))
+    for file in (FILE, PAGE, *([REVEALED] if revealed else [])):
+        click.echo(f"written  {click.format_filename(request.out / file)}")
+    if request.adopt and not adopted:
+        raise WrongUse(f"--adopt: nothing was named, the verdict is {finding.verdict.value!r}")
+    return 0
+
+
+def named(request: Request) -> Mapping[str, Path]:
+    """Name -> recording; equal file names are told apart by their folders."""
+    times = Counter(path.name for path in request.logs)
+    return {
+        printable(path.name if times[path.name] == 1 else path.as_posix()): path
+        for path in request.logs
+    }
+
+
+def _channels(text: str) -> frozenset[Channel]:
+    known = {c.value: c for c in Channel}
+    names = [name.strip() for name in text.split(",") if name.strip()]
+    for name in names:
+        if name not in known:
+            raise WrongUse(f"--conceal: no channel {name!r}: expected {' or '.join(known)}")
+    return frozenset(known[name] for name in names)
+
+
+@contextmanager
+def _refusing() -> Iterator[None]:
+    try:
+        with refusing():
+            yield
+    except MismatchError as e:
+        raise WrongUse(str(e)) from e
+
+
+def _drawn(
+    path: Path, request: Request, choice: PackChoice, concealed: frozenset[Channel]
+) -> Drawn:
+    ask = Ask(
+        source=path, pack=request.pack, out=request.out, between=request.between, sensor=None,
+        battery=request.battery, concealed=concealed,
+    )  # fmt: skip
+    with refusing():
+        drawn = read_drawn(ask, choice)
+    click.echo(f"{drawn.name}\n{pack_lines(drawn.use)}")
+    for text in drawn.doubts:
+        click.echo(f"doubtful {text}", err=True)
+    return drawn
+
+
+def flight_of(drawn: Drawn, name: str) -> Flight:
+    """As the engine takes it."""
+    return Flight(
+        name=name,
+        pack=drawn.pack,
+        load=drawn.load,
+        voltage_V=drawn.recorded_V,
+        judged=drawn.judged,
+        motion=motions_at(drawn.load.time_s, drawn.segments),
+    )
+
+
+def _explained(drawn: Mapping[str, Drawn], fitted: int) -> Finding:
+    """By the first so many recordings; the others are held out."""
+    flights = [flight_of(d, name) for name, d in drawn.items()]
+    with _refusing(), watching(None, "models") as tell:
         looked_at = 0
 
         def progress(ids: Sequence[str]) -> None:
@@ -60,81 +165,30 @@ def run(request: Request) -> int:
             looked_at += 1
             tell(looked_at, " + ".join(ids))
 
-        try:
-            finding = explain(fitted, held_out, progress=progress)
-        except MismatchError as e:
-            raise WrongUse(str(e)) from e
-    write_whole(request.out / FILE, json.dumps(finding_json(finding), indent=1) + "\n")
-    _tell(finding, request.out)
+        return explain(flights[:fitted], flights[fitted:], progress=progress)
+
+
+def _write_verdict(out: Path, finding: Finding) -> None:
+    """What an earlier call left goes: it is not of this verdict."""
+    for name in (PAGE, REVEALED):
+        (out / name).unlink(missing_ok=True)
+    write_whole(out / FILE, _json(finding_json(finding)))
+
+
+def _json(content: Mapping[str, Any]) -> str:
+    return json.dumps(content, indent=1) + "\n"
+
+
+def _adopted(request: Request, choice: PackChoice, finding: Finding) -> str:
+    """The text of the pack file with what was named, "" if nothing was; written if asked for."""
+    if finding.verdict is not Verdict.NAMED:
+        return ""
+    path = request.adopt or request.pack
+    cell = choice.cell  # stays where it is
+    beside = cell if isinstance(cell, str) else os.path.relpath(cell, path.resolve().parent)
+    text = adopted_text(finding, choice.file, cell=Path(beside).as_posix())
     if request.adopt:
-        _adopt(finding, request.adopt, choice)
-    return 0
-
-
-def _adopt(finding: Finding, path: Path, choice: PackChoice) -> None:
-    """The pack file with what was named; its cell stays where it is."""
-    cell = choice.cell
-    named = cell if isinstance(cell, str) else os.path.relpath(cell, path.resolve().parent)
-    try:
-        text = adopted_text(finding, choice.file, cell=Path(named).as_posix())
-    except MismatchError as e:
-        raise WrongUse(str(e)) from e
-    make_writable(path.resolve().parent)
-    write_whole(path, text)
-    click.echo(f"adopted  {click.format_filename(path)}")
-
-
-def _flight(path: Path, request: Request, choice: PackChoice) -> Flight:
-    ask = Ask(
-        source=path, pack=request.pack, out=request.out, between=request.between, sensor=None,
-        battery=request.battery,
-    )  # fmt: skip
-    with refusing():
-        drawn = read_drawn(ask, choice)
-    click.echo(f"{drawn.name}\n{pack_lines(drawn.use)}")
-    for text in drawn.doubts:
-        click.echo(f"doubtful {text}", err=True)
-    return flight_of(drawn)
-
-
-def flight_of(drawn: Drawn) -> Flight:
-    """As the engine takes it; motions are not cut here."""
-    return Flight(
-        name=drawn.name,
-        pack=drawn.pack,
-        load=drawn.load,
-        voltage_V=drawn.recorded_V,
-        judged=drawn.judged,
-        motion=np.full(drawn.load.time_s.size, ""),
-    )
-
-
-def _tell(finding: Finding, out: Path) -> None:
-    errors = finding.errors
-    click.echo(f"verdict  {finding.verdict.value}")
-    for e in finding.effects:
-        values = ", ".join(f"{v.name} {v.value:.4g} ± {v.std:.2g}" for v in e.parameters)
-        alike = f"; these recordings cannot tell it from {', '.join(e.equivalent)}" * bool(
-            e.equivalent
-        )
-        click.echo(f"effect   {e.id} ({e.probability:.0%}): {values}{alike}")
-    for t in finding.terms:
-        click.echo(f"depends  on {t.quantity}: {1e3 * t.size_V:+.1f} mV per standard deviation")
-    click.echo(
-        f"error    {1e3 * errors.held_out_before:.1f} mV before, "
-        f"{1e3 * errors.held_out_after:.1f} mV after on what was held out; "
-        f"noise {1e3 * errors.noise:.1f} mV"
-    )
-    rows = [
-        (
-            " + ".join(c.ids) or "nothing",
-            f"{c.probability:.2f}",
-            f"{1e3 * c.held_out_rms_V:.1f}",
-            f"{c.delta_bic:.1f}",
-        )
-        for c in finding.candidates[:SHOWN]
-    ]
-    print_table(HEADER, rows)
-    if finding.advice:
-        click.echo(f"further  {finding.advice}")
-    click.echo(f"written  {click.format_filename(out / FILE)}")
+        make_writable(path.resolve().parent)
+        write_whole(path, text)
+        click.echo(f"adopted  {click.format_filename(path)}")
+    return text

@@ -12,6 +12,7 @@ from twin.mismatch.fit import Data, Fitted
 from twin.mismatch.flight import Flight, FloatArray
 from twin.mismatch.hypothesis import HYPOTHESES, Hypothesis
 from twin.mismatch.locate import Answer, drivers, shared, spans, terms
+from twin.mismatch.parts import parts
 from twin.mismatch.split import split
 from twin.simulate import simulate
 
@@ -110,7 +111,10 @@ def _courses(data: Data, best: Fitted) -> tuple[Course, ...]:
     """Every recording once."""
     ahead = {f.name for f, _ in data.held_out}
     out: dict[str, Course] = {}
-    for problem, q in ((best.problem, best.q), (best.judge, best.ahead_q)):
+    for problem, q, own in (
+        (best.problem, best.q, data.fitted),
+        (best.judge, best.ahead_q, data.held_out),
+    ):
         for k, flight in enumerate(problem.flights):
             counted = np.zeros(flight.time_s.size, dtype=bool)
             counted[problem.judged(k)] = True
@@ -124,5 +128,6 @@ def _courses(data: Data, best: Fitted) -> tuple[Course, ...]:
                 motion=flight.motion,
                 judged=counted if before is None else counted | before.judged,
                 judged_ahead=counted if problem is best.judge else np.zeros_like(counted),
+                parts=parts(own, problem, q, k),
             )
     return tuple(out.values())

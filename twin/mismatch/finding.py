@@ -124,6 +124,14 @@ class Errors:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Part:
+    """What one effect does to the voltage of a recording (n,), the others being there."""
+
+    effect: str
+    voltage_V: FloatArray
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Course:
     """One recording, before and after.
 
@@ -136,6 +144,7 @@ class Course:
         motion: (n,)
         judged: (n,) samples that count.
         judged_ahead: (n,) those that were held out.
+        parts: of what was named.
     """
 
     name: str
@@ -146,6 +155,7 @@ class Course:
     motion: npt.NDArray[np.str_]
     judged: npt.NDArray[np.bool_]
     judged_ahead: npt.NDArray[np.bool_]
+    parts: tuple[Part, ...] = ()
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
