@@ -29,7 +29,7 @@ def candidates(report: MismatchReport) -> Section | None:
     rows = tuple(_row(c, finding) for c in finding.candidates)
     tables = [Table(caption="The best candidates", columns=COLUMNS, rows=rows[:DRAWN])]
     if rest := rows[DRAWN:]:
-        text = f"Tried and rejected: {len(rest)} more"
+        text = f"{len(rest)} more that were tried"
         tables.append(Table(caption=text, columns=COLUMNS, rows=rest, folded=True))
     return Section(
         id="candidates",

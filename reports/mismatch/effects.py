@@ -4,9 +4,9 @@ from matplotlib.mathtext import MathTextParser
 
 from reports.mismatch.report import MismatchReport
 from reports.mismatch.summary import of_effect, sizes_V
-from reports.mismatch.words import listed, name, number, sentence, unit
+from reports.mismatch.words import listed, name, number, percent, sentence, unit
 from reports.plots import MEASURED, panels, to_svg
-from reports.quantity import fixed, significant
+from reports.quantity import significant
 from reports.section import Figure, Row, Section
 from twin.mismatch import NamedEffect, Value
 
@@ -27,7 +27,7 @@ def _section(e: NamedEffect, size_V: float | None, place: int) -> Section:
     rows = [
         Row(
             label="Probability",
-            value=f"{fixed(100 * e.probability, 0)} %",
+            value=percent(e.probability),
             note="that it, or what looks like it, is part of what was left out",
         )
     ]

@@ -70,17 +70,22 @@ def _texts(r: Revealed) -> tuple[str, ...]:
 
 
 def _figure(r: Revealed, number: int) -> Figure:
-    canvas, (ax,) = panels([2.2])
+    canvas, (ax, error) = panels((1.9, 1.1))
     warm = r.channel is Hidden.TEMPERATURE
     zero = ZERO_CELSIUS_K if warm else 0.0
-    drawn = [(r.before, COMMANDED, "twin as configured"), (r.measured, MEASURED, "measured")]
+    twins = [(r.before, COMMANDED, "twin as configured")]
     if r.after is not None:
-        drawn.insert(1, (r.after, SIMULATED, "twin with what was named"))
-    for values, colour, label in drawn:
-        line(ax, r.time_s, np.asarray(values - zero), colour, label)
+        twins.append((r.after, SIMULATED, "twin with what was named"))
+    for values, colour, label in twins:
+        line(ax, r.time_s, values - zero, colour, label)
+        line(error, r.time_s, r.factor * (values - r.measured), colour, "")
+    line(ax, r.time_s, r.measured - zero, MEASURED, "measured")
+    error.axhline(0.0, color=MEASURED, linewidth=0.5)
     ax.set_ylabel("temperature [°C]" if warm else "voltage [V]")
-    ax.set_xlabel("time [s]")
+    error.set_ylabel(f"predicted −\nmeasured [{r.unit}]")
+    error.set_xlabel("time [s]")
     legend(ax)
+    canvas.align_ylabels()
     said = f"{fixed(r.factor * r.rms(r.before), 2)} {r.unit} RMS before"
     if r.after is not None:
         said += f", {fixed(r.factor * r.rms(r.after), 2)} {r.unit} after"

@@ -5,7 +5,7 @@ from collections.abc import Mapping
 import numpy as np
 
 from reports.mismatch.report import MismatchReport
-from reports.mismatch.words import clause, listed, name, sentence
+from reports.mismatch.words import clause, listed, name, percent, sentence
 from reports.quantity import fixed, significant
 from reports.section import Notice, Row, Section, Severity
 from twin.mismatch import Finding, NamedEffect, Verdict
@@ -34,21 +34,15 @@ def headline(finding: Finding) -> str:
 
 
 def beside(finding: Finding) -> str:
-    """What looks the same, and how much better it fits; "" where nothing was found."""
+    """How much better it fits; "" where nothing was found."""
     if not finding.effects:
         return ""
-    said = [
-        f"These recordings cannot tell {name(e.id)} from {listed([name(o) for o in e.equivalent])}."
-        for e in finding.effects
-        if e.equivalent
-    ]
     errors = finding.errors
-    said.append(
+    return (
         "On what was not fitted the twin's error is "
         f"{mV(errors.held_out_after)} mV with it and {mV(errors.held_out_before)} mV without "
         f"(noise {mV(errors.noise)} mV)."
     )
-    return " ".join(said)
 
 
 def mV(volts: float) -> str:
@@ -66,10 +60,14 @@ def sizes_V(finding: Finding) -> Mapping[str, float]:
 
 
 def of_effect(effect: NamedEffect, size_V: float | None) -> str:
-    """Its clause, with what it is worth."""
-    text = clause(effect.id, {p.name: p.value for p in effect.parameters})
-    worth = "" if size_V is None else f" ({mV(size_V)} mV of the pack's voltage)"
-    return text + worth
+    """Its clause, with what it is worth and what looks the same."""
+    notes = [] if size_V is None else [f"{mV(size_V)} mV of the pack's voltage"]
+    if effect.equivalent:
+        notes.append(
+            "these recordings cannot tell it from "
+            f"{listed([name(other) for other in effect.equivalent], 'or')}"
+        )
+    return clause(effect.id, effect.parameters) + f" ({'; '.join(notes)})" * bool(notes)
 
 
 def _named(finding: Finding) -> str:
@@ -82,8 +80,7 @@ def _named(finding: Finding) -> str:
 
 def _ambiguous(finding: Finding) -> str:
     found = [
-        f"{listed([name(i) for i in (e.id, *e.equivalent)], 'or')} ({fixed(100 * e.probability, 0)}"
-        " %)"
+        f"{listed([name(i) for i in (e.id, *e.equivalent)], 'or')} ({percent(e.probability)})"
         for e in finding.effects
     ]
     return sentence(
@@ -128,30 +125,31 @@ def _rows(report: MismatchReport) -> tuple[Row, ...]:
     rows += [
         Row(
             label=sentence(name(e.id))[:-1],
-            value=f"{fixed(100 * e.probability, 0)} %",
+            value=percent(e.probability),
             note="probability that it, or what looks like it, is part of what was left out",
         )
         for e in finding.effects
     ]
-    rows += [
-        Row(label="Error before", value=mV(errors.held_out_before), unit="mV", note=HELD_OUT),
-        Row(label="Error after", value=mV(errors.held_out_after), unit="mV", note=HELD_OUT),
-        Row(
-            label="Noise",
-            value=mV(errors.noise),
-            unit="mV",
-            note=f"the floor; the error before is {times(errors.held_out_before, errors.noise)} it",
-        ),
-    ]
+    rows += [_error(*row) for row in _errors(finding)]
+    over = significant(errors.held_out_before / errors.noise, 2)
+    rows.append(Row(label="Noise", value=mV(errors.noise), unit="mV", note=f"{FLOOR} {over} times"))
     if report.adopted:
         use = f"--pack {report.adopted}"
         rows.append(Row(label="To use it", value=use, note="with analyze, or twin replay and age"))
     return tuple(rows)
 
 
-HELD_OUT = "recorded minus simulated, RMS, on what was not fitted"
+def _errors(finding: Finding) -> tuple[tuple[str, float], ...]:
+    """Before and after; nothing comes after where nothing was found."""
+    errors = finding.errors
+    if not finding.effects:
+        return (("Error", errors.held_out_before),)
+    return ("Error before", errors.held_out_before), ("Error after", errors.held_out_after)
 
 
-def times(value: float, of: float) -> str:
-    """`3.1 times`."""
-    return f"{significant(value / of if of else float('nan'), 2)} times"
+def _error(label: str, error_V: float) -> Row:
+    note = "recorded minus simulated, RMS, on what was not fitted"
+    return Row(label=label, value=mV(error_V), unit="mV", note=note)
+
+
+FLOOR = "scatter of the samples by themselves; the twin as configured is off by"

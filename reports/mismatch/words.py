@@ -2,9 +2,13 @@
 
 from collections.abc import Callable, Mapping, Sequence
 
-from reports.quantity import significant
+from reports.quantity import fixed, significant
+from twin.mismatch import Value
 
 Values = Mapping[str, float]
+
+ALMOST = 0.99
+TOLD = 2.0  # standard deviations from nothing
 
 
 def name(effect: str) -> str:
@@ -12,10 +16,22 @@ def name(effect: str) -> str:
     return NAMES.get(effect, effect.replace("_", " "))
 
 
-def clause(effect: str, values: Values) -> str:
-    """What was left out, with its size, without a full stop."""
+def clause(effect: str, parameters: Sequence[Value]) -> str:
+    """What was left out, with its size, without a full stop.
+
+    Of effects with several parts those that are told are named, unless none is.
+    """
+    values = {p.name: p.value for p in parameters}
+    if effect in OF_PARTS:
+        told = {p.name for p in parameters if abs(p.value - nothing(p.name)) > TOLD * p.std}
+        values = {key: v for key, v in values.items() if not told or key in told}
     say = CLAUSES.get(effect)
     return say(values) if say else f"the twin has no {name(effect)}, the recordings do"
+
+
+def nothing(parameter: str) -> float:
+    """The value at which a number makes no difference."""
+    return 1.0 if parameter.endswith(("factor", "gain")) else 0.0
 
 
 def listed(words: Sequence[str], joint: str = "and") -> str:
@@ -73,9 +89,9 @@ def _warmth(v: Values) -> str:
         f"{what} {significant(abs(v[key]), 2)} K {_more(v[key], 'warmer', 'colder')}"
         for what, key in (("the pack started", "start_offset_K"), ("the air was",
                           "ambient_offset_K"))
-        if v[key]
+        if v.get(key)
     ]  # fmt: skip
-    return f"{listed(said)} than the twin was told"
+    return f"{listed(said) or 'pack or air were warmer or colder'} than the twin was told"
 
 
 def _resistance(v: Values) -> str:
@@ -88,8 +104,9 @@ def _resistance(v: Values) -> str:
 
 def _film(v: Values) -> str:
     sides = [
-        f"{significant(1e3 * v[f'{side}_ohm_m2'], 2)} mΩ m² on the {side} one"
+        f"{significant(1e3 * v[key], 2)} mΩ m² on the {side} one"
         for side in ("negative", "positive")
+        if (key := f"{side}_ohm_m2") in v
     ]
     return f"films on the electrodes resist: {listed(sides)}"
 
@@ -104,6 +121,25 @@ def _weak(v: Values) -> str:
     if R := v.get("resistance_ohm", 0.0):
         said.append(f"has {significant(1e3 * R, 2)} mΩ more in series")
     return f"one cell is not like the others: it {listed(said) or 'differs'}"
+
+
+def _electrolyte(v: Values) -> str:
+    said = [
+        f"{what} {_times(v[key])} as {how}"
+        for what, key, how in (("salt diffuses in it", "diffusivity_factor", "fast"),
+                               ("it conducts", "conductivity_factor", "well"))
+        if key in v
+    ]  # fmt: skip
+    return f"the electrolyte is not the twin's: {listed(said)}"
+
+
+def _reactions(v: Values) -> str:
+    said = [
+        f"{_times(v[key])} on the {side} one"
+        for side in ("negative", "positive")
+        if (key := f"{side}_factor") in v
+    ]
+    return f"the reactions on the electrodes are not as fast as the twin's: {listed(said)}"
 
 
 def _hysteresis(v: Values) -> str:
@@ -138,18 +174,10 @@ CLAUSES: Mapping[str, Callable[[Values], str]] = {
         f"{significant(v['heat_transfer_W_m2_K'], 2)} W/(m² K) to the air"
     ),
     "cold_pack": _warmth,
-    "electrolyte_transport": lambda v: (
-        "the electrolyte is not the twin's: salt diffuses in it "
-        f"{_times(v['diffusivity_factor'])} as fast and it conducts "
-        f"{_times(v['conductivity_factor'])} as well"
-    ),
+    "electrolyte_transport": _electrolyte,
     "solid_diffusion_negative": _diffusion("negative"),
     "solid_diffusion_positive": _diffusion("positive"),
-    "reaction_kinetics": lambda v: (
-        "the reactions on the electrodes are not as fast as the twin's: "
-        f"{_times(v['negative_factor'])} on the negative, "
-        f"{_times(v['positive_factor'])} on the positive one"
-    ),
+    "reaction_kinetics": _reactions,
     "ocv_hysteresis": _hysteresis,
     "plating_stripping": lambda v: (
         "lithium metal lay on the negative electrode before take-off "
@@ -183,6 +211,15 @@ CLAUSES: Mapping[str, Callable[[Values], str]] = {
     "voltage_gain": lambda v: _off("the voltage sensor", v["gain"] - 1.0),
 }
 
+OF_PARTS = {
+    "cold_pack",
+    "electrolyte_transport",
+    "film_resistance",
+    "reaction_kinetics",
+    "weak_cell",
+}
+"""Effects whose numbers each say something by themselves; their clauses take any of them."""
+
 UNITS = {
     "W/(m2 K)": ("W/(m² K)", 1.0),
     "Ohm": ("mΩ", 1e3),
@@ -196,12 +233,20 @@ ENDINGS = ("_W_m2_K", "_ohm_m2", "_mol_m3", "_m_s", "_ohm", "_A", "_K", "_V", "_
 
 def number(parameter: str) -> str:
     """A number of an effect in words."""
-    for ending in ENDINGS:
-        if parameter.endswith(ending):
-            return parameter.removesuffix(ending).replace("_", " ")
-    return parameter.replace("_", " ")
+    ending = next((e for e in ENDINGS if parameter.endswith(e)), "")
+    words = parameter.removesuffix(ending).split("_")
+    return " ".join("state of charge" if word == "soc" else word for word in words)
 
 
 def unit(of: str) -> tuple[str, float]:
     """As it is shown, and the factor to it."""
     return UNITS.get(of, (of, 1.0))
+
+
+def percent(probability: float) -> str:
+    """Of a probability; what is nearly certain is not called certain."""
+    if probability > ALMOST:
+        return f"> {fixed(100 * ALMOST, 0)} %"
+    if probability < 1.0 - ALMOST:
+        return f"< {fixed(100 * (1.0 - ALMOST), 0)} %"
+    return f"{fixed(100 * probability, 0)} %"
