@@ -70,16 +70,20 @@ def test_the_verdict_is_whole_before_what_is_revealed_is_opened_and_stays(tmp_pa
     pipe = tmp_path / "b.pipe"
     os.mkfifo(pipe)
     seen: list[bytes] = []
+    over = threading.Event()
 
     def reveal_late() -> None:
+        file = tmp_path / "out" / "mismatch.json"
         with pipe.open("w", encoding="utf-8") as stream:  # waits until the command opens it
-            seen.append(verdict(tmp_path))
-            assert not (tmp_path / "out" / "reveal.json").exists()
+            seen.append(file.read_bytes() if file.exists() else b"")
             stream.write(hidden)
+        if not over.wait(20):  # it was opened before its time, and again: let that one end
+            pipe.open("w").close()
 
     writer = threading.Thread(target=reveal_late, daemon=True)
     writer.start()
     result = call(tmp_path, log, "--holdout", ahead, "--reveal", pipe)
+    over.set()
     writer.join(timeout=10)
     assert result.exit_code == 0, result.output
     assert seen == [verdict(tmp_path)]

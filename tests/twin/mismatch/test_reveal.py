@@ -67,6 +67,7 @@ def test_the_twin_that_is_the_truth_predicts_what_was_hidden() -> None:
     for r in found:
         assert r.after is not None
         assert r.factor * r.rms(r.after) < 1e-6
+    assert np.array_equal(found[1].measured, table.cell_voltage_V[0])  # the one with 5 mΩ more
     written = {c["channel"]: c for c in reveal_json(found)["channels"]}
     assert table.temperature_K is not None
     rise_K = table.temperature_K - pack().initial_K  # which an isothermal twin does not have
