@@ -10,8 +10,8 @@ from reports.quantity import significant
 from reports.section import Figure, Row, Section
 from twin.mismatch import NamedEffect, Value
 
-HEIGHT_IN = 0.55
-SIZE = 13.0  # points
+HEIGHT_IN = 0.75
+SIZE = 16.0  # points
 
 
 def effects(report: MismatchReport) -> tuple[Section, ...]:

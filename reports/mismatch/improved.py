@@ -46,7 +46,18 @@ def improved(report: MismatchReport) -> Section | None:
         ),
         figures=(_figure(finding),),
         tables=(_table(finding),),
+        notes=(CUT,) if any(_in_both(c) for c in finding.courses) else (),
     )
+
+
+CUT = (
+    "A single recording is cut into parts that are fitted and held out in turn; the seconds "
+    "between them count in neither."
+)
+
+
+def _in_both(c: Course) -> bool:
+    return bool(c.judged_ahead.any() and (c.judged & ~c.judged_ahead).any())
 
 
 def _figure(finding: Finding) -> Figure:

@@ -1,6 +1,7 @@
 """`explain`: recordings and a twin -> `Finding`."""
 
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 
 import numpy as np
 
@@ -12,6 +13,7 @@ from twin.mismatch.fit import Data, Fitted
 from twin.mismatch.flight import Flight, FloatArray
 from twin.mismatch.hypothesis import HYPOTHESES, Hypothesis
 from twin.mismatch.locate import Answer, drivers, shared, spans, terms
+from twin.mismatch.noise import Whitener
 from twin.mismatch.parts import parts
 from twin.mismatch.split import split
 from twin.simulate import simulate
@@ -58,7 +60,7 @@ def explain(
             noise=noise_V,
             before=null.fitted.problem.rms_V(start),
             after=best.rms_V(),
-            held_out_before=null.fitted.held_out_rms_V(),
+            held_out_before=null.fitted.judge.rms_V(np.zeros(null.fitted.judge.size)),
             held_out_after=best.held_out_rms_V(),
         ),
         candidates=candidates(found),
@@ -69,7 +71,11 @@ def explain(
 
 def _located(data: Data) -> tuple[Span, ...]:
     """Of the twin as configured, in every recording once."""
-    whole = {f.name: (f, w) for f, w in (*data.held_out, *data.fitted)}
+    whole: dict[str, tuple[Flight, Whitener]] = {}
+    for flight, whiten in (*data.fitted, *data.held_out):
+        if flight.name in whole:  # one recording, of which parts are fitted and parts held out
+            flight = replace(flight, judged=flight.judged | whole[flight.name][0].judged)
+        whole[flight.name] = flight, whiten
     found = [
         s
         for flight, whiten in whole.values()

@@ -116,6 +116,19 @@ def test_one_recording_is_judged_on_parts_that_were_not_fitted() -> None:
     assert edge_s[1] - fitted.time_s[fitted.judged & (fitted.time_s < edge_s[1])].max() >= 5.0
 
 
+def test_a_single_recording_is_located_whole_and_before_is_the_twin_as_configured() -> None:
+    """Of a start that is off the errors are those of the stated start, in both parts."""
+    own = flown([InitialSoc(offset=-0.03)], seed=1)
+    finding = explain([own], hypotheses=[h for h in FEW if h.id == "current_gain"])
+    (course,) = finding.courses
+    located = np.zeros(own.time_s.size, dtype=bool)
+    for s in finding.spans:
+        located |= (own.time_s >= s.start_s) & (own.time_s <= s.stop_s)
+    assert np.mean(located[course.judged]) > 0.95
+    ahead = course.residual_V[course.judged_ahead]
+    assert finding.errors.held_out_before == pytest.approx(np.sqrt(np.mean(ahead**2)))
+
+
 @pytest.mark.parametrize(("seconds", "said"), [(3.0, "samples"), (10.0, "s of flight")])
 def test_too_little_is_refused(seconds: float, said: str) -> None:
     with pytest.raises(MismatchError, match=said):
