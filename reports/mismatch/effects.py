@@ -8,7 +8,7 @@ from reports.mismatch.words import listed, name, number, percent, sentence, unit
 from reports.plots import MEASURED, panels, to_svg
 from reports.quantity import significant
 from reports.section import Figure, Row, Section
-from twin.mismatch import NamedEffect, Value
+from twin.mismatch import NamedEffect, Value, Verdict
 
 HEIGHT_IN = 0.75
 SIZE = 16.0  # points
@@ -17,12 +17,18 @@ SIZE = 16.0  # points
 def effects(report: MismatchReport) -> tuple[Section, ...]:
     """A section for each."""
     sizes = sizes_V(report.finding)
+    settled = report.finding.verdict is Verdict.NAMED
     return tuple(
-        _section(e, sizes.get(e.id), k) for k, e in enumerate(report.finding.effects, start=1)
+        _section(e, of_effect(e, sizes.get(e.id)) if settled else _if(e, sizes.get(e.id)), k)
+        for k, e in enumerate(report.finding.effects, start=1)
     )
 
 
-def _section(e: NamedEffect, size_V: float | None, place: int) -> Section:
+def _if(e: NamedEffect, size_V: float | None) -> str:
+    return f"not settled; if it is this, {of_effect(e, size_V)}"
+
+
+def _section(e: NamedEffect, said: str, place: int) -> Section:
     drawing = equation(e.equation, f"equation{place}")
     rows = [
         Row(
@@ -38,13 +44,13 @@ def _section(e: NamedEffect, size_V: float | None, place: int) -> Section:
     if drawing is None:
         rows.append(Row(label="Equation", value=e.equation))
     rows += [
-        Row(label="In a pack file", value=f"[effects.{e.pack_id}]"),
+        Row(label="In a pack file", value=f'[twin] physics = ["{e.pack_id}"]'),
         Row(label="Source", value=e.source),
     ]
     return Section(
         id=f"effect-{e.id}",
         title=sentence(name(e.id))[:-1],
-        lead=(sentence(of_effect(e, size_V)), f"What it leaves in a recording: {e.signature}."),
+        lead=(sentence(said), f"What it leaves in a recording: {e.signature}."),
         figures=() if drawing is None else (drawing,),
         rows=tuple(rows),
         notes=("± is one standard deviation, from the fitted recordings and the prior.",),

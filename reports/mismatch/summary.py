@@ -132,7 +132,9 @@ def _rows(report: MismatchReport) -> tuple[Row, ...]:
     ]
     rows += [_error(*row) for row in _errors(finding)]
     over = significant(errors.held_out_before / errors.noise, 2)
-    rows.append(Row(label="Noise", value=mV(errors.noise), unit="mV", note=f"{FLOOR} {over} times"))
+    rows.append(
+        Row(label="Noise", value=mV(errors.noise), unit="mV", note=f"{FLOOR} {over} times that")
+    )
     if report.adopted:
         use = f"--pack {report.adopted}"
         rows.append(Row(label="To use it", value=use, note="with analyze, or twin replay and age"))
@@ -152,4 +154,4 @@ def _error(label: str, error_V: float) -> Row:
     return Row(label=label, value=mV(error_V), unit="mV", note=note)
 
 
-FLOOR = "scatter of the samples by themselves; the twin as configured is off by"
+FLOOR = "scatter of the samples by themselves; the error as configured is"

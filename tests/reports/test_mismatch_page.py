@@ -78,6 +78,12 @@ def test_a_pair_names_both_and_what_looks_the_same_and_the_test_that_tells() -> 
     assert text.count("<h2") == len(mismatch_page(report(pair())).sections)
 
 
+def test_what_is_not_settled_is_never_stated() -> None:
+    text = words(html(finding(Verdict.AMBIGUOUS)))
+    assert text.count("the pack heats itself") == text.count("if it is this, the pack heats itself")
+    assert "likeliest, not settled" in text
+
+
 def test_an_unknown_one_is_described_and_never_named() -> None:
     text = words(html(finding(Verdict.UNKNOWN)))
     assert "A description, not a cause" in text
