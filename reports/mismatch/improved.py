@@ -3,6 +3,7 @@
 from typing import TYPE_CHECKING
 
 import numpy as np
+import numpy.typing as npt
 
 from reports.mismatch.drawn import COLUMNS, chosen, mean_mV, rms_V
 from reports.mismatch.report import MismatchReport
@@ -102,14 +103,14 @@ def _shade_held_out(ax: "Axes", course: Course) -> None:
 
 def _table(finding: Finding) -> Table:
     errors = finding.errors
-    rows = [
-        ("all", "fitted", errors.before, errors.after),
-        ("all", "held out", errors.held_out_before, errors.held_out_after),
-    ]
-    for c in finding.courses:
-        for part, where in (("fitted", c.judged & ~c.judged_ahead), ("held out", c.judged_ahead)):
-            if where.any():
-                rows.append((c.name, part, rms_V(c.residual_V, where), rms_V(c.after_V, where)))
+    rows: list[tuple[str, str, float, float]] = []
+    for part, before, after in (
+        ("fitted", errors.before, errors.after),
+        ("held out", errors.held_out_before, errors.held_out_after),
+    ):
+        own = [(c, where) for c in finding.courses if (where := _samples(c, part)).any()]
+        rows += [("all", part, before, after)] if len(own) > 1 else []
+        rows += [(c.name, part, rms_V(c.residual_V, w), rms_V(c.after_V, w)) for c, w in own]
     return Table(
         caption="Recorded minus simulated, root mean square",
         columns=COLUMNS_OF_ERRORS,
@@ -118,3 +119,8 @@ def _table(finding: Finding) -> Table:
             for who, part, before, after in rows
         ),
     )
+
+
+def _samples(c: Course, part: str) -> npt.NDArray[np.bool_]:
+    """(n,) those of a recording that are in a part."""
+    return c.judged_ahead if part == "held out" else c.judged & ~c.judged_ahead

@@ -63,6 +63,21 @@ def test_what_was_found_is_shown_with_its_size_equation_source_and_error() -> No
         assert said in text
 
 
+def test_errors_are_listed_by_recording_and_together_where_there_are_several() -> None:
+    def rows(of: Finding) -> list[tuple[str, ...]]:
+        section = next(s for s in mismatch_page(report(of)).sections if s.id == "fit")
+        return [tuple(cell.text for cell in row) for row in section.tables[0].rows]
+
+    of = finding()
+    assert [r[:2] for r in rows(of)] == [("a.ulg", "fitted"), ("b.ulg", "held out")]
+    own = of.courses[1]
+    for row, values_V in zip((2, 3), (own.residual_V, own.after_V), strict=True):
+        expected = 1e3 * np.sqrt(np.mean(values_V[own.judged] ** 2))
+        assert float(rows(of)[1][row]) == pytest.approx(expected, abs=0.05)
+    more = replace(of, courses=(*of.courses, course("c.ulg", ahead=True)))
+    assert ("all", "held out", "35.2", "8.2", "8.0") in rows(more)
+
+
 def test_the_size_of_an_effect_is_that_of_samples_that_count() -> None:
     rise_mV = 60.0 * TIME_S[TIME_S > 5.0] / TIME_S[-1]
     assert 1e3 * sizes_V(finding())["self_heating"] == pytest.approx(np.sqrt(np.mean(rise_mV**2)))
