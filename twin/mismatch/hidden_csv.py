@@ -37,7 +37,8 @@ def read_hidden_csv(stream: TextIO, *, name: str) -> HiddenTable:
     """Columns by what their headers say of quantity and unit.
 
     Time ("time_s"), temperature ("temperature_c", "Temperature / degC"; not that of the air), and
-    any number of cells ("cell_1_v", "Cell Voltage 2 / mV"). Others are passed over.
+    any number of cells ("cell_1_v", "Cell Voltage 2 / mV"). Others are passed over; of lines with
+    one time the first counts.
 
     Raises:
         MismatchError: no time, neither channel, or a cell that is no number; with the line.
@@ -53,6 +54,10 @@ def read_hidden_csv(stream: TextIO, *, name: str) -> HiddenTable:
             f"('temperature_c') or for cells ('cell_1_v'); the first line has {header}"
         )
     lines = [(rows.line_num, row) for row in rows if row]
+    stamps = _values(lines, time, name)
+    lines = [
+        line for line, new in zip(lines, np.diff(stamps, prepend=-np.inf) != 0, strict=True) if new
+    ]
     time_s = _values(lines, time, name)
     if time_s.size < 2 or not np.all(np.diff(time_s) > 0):
         raise MismatchError(f"{name}: expected two lines or more, time increasing in each")

@@ -29,6 +29,14 @@ def test_columns_are_told_by_quantity_and_unit() -> None:
     assert np.isnan(table.cell_voltage_V[1, 1])
 
 
+def test_units_at_the_end_of_long_headers_and_times_that_stand_twice() -> None:
+    """As laboratories and simulators write them."""
+    table = read("test_time_second,cell_temp_C,temperature_t2_celsius\n0,20,1\n0,30,1\n1,21,1\n")
+    assert table.time_s.tolist() == [0.0, 1.0]
+    assert table.temperature_K is not None
+    assert table.temperature_K.tolist() == [293.15, 294.15]
+
+
 @pytest.mark.parametrize(
     ("text", "said"),
     [
@@ -36,7 +44,8 @@ def test_columns_are_told_by_quantity_and_unit() -> None:
         ("time_s,voltage_V\n0,1\n1,1\n", "one for temperature"),
         ("temperature_c\n1\n", "expected a column for time"),
         ("time_s,temperature_c\n0,1\n1,x\n", "line 3: 'x' is no number"),
-        ("time_s,temperature_c\n1,1\n1,1\n", "time increasing"),
+        ("time_s,temperature_c\n1,1\n0,1\n", "time increasing"),
+        ("time_s,temperature_c\n1,1\n1,1\n", "two lines or more"),
         ("time_s,temperature_c\n1,1\n", "two lines or more"),
     ],
 )
