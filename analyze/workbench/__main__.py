@@ -319,7 +319,7 @@ def explain(**options: object) -> None:
 
     A LOG is a flight log or a CSV with time, current and voltage. Each known effect (of the cell,
     its ageing, the pack, the instruments) is fitted to the recordings and judged on what was not
-    fitted; what is real and has no name among them is said to be unknown.
+    fitted; what is real and has no name among them is said to be unknown. explain.html shows it.
 
     The exit code is 0 if there is a verdict, 2 if a file or an option cannot be used, 130 after
     Ctrl-C.

@@ -103,7 +103,7 @@ def _unknown(finding: Finding) -> str:
 def _none(finding: Finding) -> str:
     return sentence(
         "the twin says what these recordings say: what differs "
-        f"({mV(finding.errors.held_out_before)} mV) is noise ({mV(finding.errors.noise)} mV)"
+        f"({mV(finding.errors.held_out_after)} mV) is noise ({mV(finding.errors.noise)} mV)"
     )
 
 
@@ -142,11 +142,10 @@ def _rows(report: MismatchReport) -> tuple[Row, ...]:
 
 
 def _errors(finding: Finding) -> tuple[tuple[str, float], ...]:
-    """Before and after; nothing comes after where nothing was found."""
+    """Before and after; where nothing was found only the starts were fitted."""
     errors = finding.errors
-    if not finding.effects:
-        return (("Error", errors.held_out_before),)
-    return ("Error before", errors.held_out_before), ("Error after", errors.held_out_after)
+    after = "Error after" if finding.effects else "Error, starts within their tolerance"
+    return ("Error before", errors.held_out_before), (after, errors.held_out_after)
 
 
 def _error(label: str, error_V: float) -> Row:

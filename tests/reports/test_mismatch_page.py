@@ -107,6 +107,12 @@ def test_an_unknown_one_is_described_and_never_named() -> None:
     assert "taken" not in {outcome(c, finding(Verdict.UNKNOWN)) for c in finding().candidates}
 
 
+def test_a_start_within_its_tolerance_is_not_told_as_noise() -> None:
+    none = finding(Verdict.NONE)
+    assert "what differs (8.2 mV) is noise (8.0 mV)" in headline(none)
+    assert "Error, starts within their tolerance" in words(html(none))
+
+
 def test_where_nothing_is_found_no_effect_has_a_section() -> None:
     ids = [s.id for s in mismatch_page(report(finding(Verdict.NONE))).sections]
     assert ids == ["summary", "where", "candidates", "provenance"]
