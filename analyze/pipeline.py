@@ -5,6 +5,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 from analyze.assessing import damage_of
+from analyze.conceal import Channel, without
 from analyze.fitting import fitted
 from analyze.names import printable
 from analyze.pack_choice import DEFAULT_CELL, PackChoice, cell_of
@@ -26,12 +27,21 @@ from twin.replay import Replay
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Source:
-    """A log, and how it is to be read: with which sensor and pack file, and of which battery."""
+    """A log, and how it is to be read.
+
+    Attributes:
+        log: the file.
+        sensor: recording of a separate current sensor.
+        pack: the pack file.
+        battery: which one of the log.
+        concealed: channels that are taken as not measured.
+    """
 
     log: Path
     sensor: Path | None
     pack: PackChoice | None
     battery: int | None
+    concealed: frozenset[Channel] = frozenset()
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -82,7 +92,7 @@ def read_flight(source: Source) -> Flight:
     with source.log.open("rb") as stream:
         log = read_log(stream, name=printable(source.log.name))
     sensor = _sensor(source, log)
-    recording = _recording(source, log, sensor)
+    recording = without(_recording(source, log, sensor), source.concealed)
     reference = source.pack.cell if source.pack else DEFAULT_CELL
     cell, remarks = cell_of(reference)
     use = pack_use(

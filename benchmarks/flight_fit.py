@@ -24,7 +24,8 @@ from twin.effects import (
     ReactionKinetics,
     SelfHeating,
     SeriesResistance,
-    SolidDiffusion,
+    SolidDiffusionNegative,
+    SolidDiffusionPositive,
 )
 from twin.load import Load
 from twin.pack import Pack
@@ -56,9 +57,10 @@ def hidden(rng: np.random.Generator) -> tuple[Pack, dict[str, float]]:
     effects = (
         SelfHeating(heat_transfer_W_m2_K=true["heat_transfer_W_m2_K"]),
         SeriesResistance(resistance_ohm=true["series_resistance_ohm"]),
-        ReactionKinetics(factor=kinetics),
-        ElectrolyteTransport(factor=electrolyte),
-        SolidDiffusion(factor=diffusion),
+        ReactionKinetics(negative_factor=kinetics, positive_factor=kinetics),
+        ElectrolyteTransport(diffusivity_factor=electrolyte, conductivity_factor=electrolyte),
+        SolidDiffusionNegative(diffusivity_factor=diffusion),
+        SolidDiffusionPositive(diffusivity_factor=diffusion),
     )
     start = {name: true[name] for name in ("capacity_C", "initial_soc", "initial_K")}
     return replace(GUESS, effects=effects, **start), true

@@ -3,7 +3,7 @@
 import io
 import re
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Protocol
 
 import matplotlib as mpl
 import numpy as np
@@ -13,7 +13,7 @@ from matplotlib.colors import to_rgb
 from matplotlib.figure import Figure as Canvas
 from matplotlib.patches import Patch
 
-from segment.segment import Motion, Segment
+from segment.segment import Motion
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -112,7 +112,23 @@ def second_scale(ax: "Axes") -> "Axes":
     return right
 
 
-def shade(axes: Sequence["Axes"], segments: Sequence[Segment]) -> None:
+class Moving(Protocol):
+    """A time with one motion: a `Segment`, or what is known of one."""
+
+    @property
+    def motion(self) -> Motion:
+        """What the vehicle did."""
+
+    @property
+    def start_s(self) -> float:
+        """From when."""
+
+    @property
+    def stop_s(self) -> float:
+        """Until when."""
+
+
+def shade(axes: Sequence["Axes"], segments: Sequence[Moving]) -> None:
     """Colour the background of each panel by motion."""
     for ax in axes:
         for segment in segments:
@@ -143,7 +159,7 @@ def motion_name(motion: Motion) -> str:
     return "take-off" if motion is Motion.TAKEOFF else motion.value
 
 
-def motion_key(canvas: Canvas, segments: Sequence[Segment]) -> None:
+def motion_key(canvas: Canvas, segments: Sequence[Moving]) -> None:
     """A legend of the motions that occur, above the drawing."""
     present = [m for m in Motion if any(s.motion is m for s in segments)]
     if present:
@@ -158,10 +174,13 @@ def motion_key(canvas: Canvas, segments: Sequence[Segment]) -> None:
         )
 
 
-def to_svg(canvas: Canvas, name: str) -> str:
-    """A complete `<svg>` element as wide as its place, every id in it starting with `name`."""
+def to_svg(canvas: Canvas, name: str, *, text_as_paths: bool = False) -> str:
+    """A complete `<svg>` element as wide as its place, every id in it starting with `name`.
+
+    `text_as_paths` is for formulas, whose fonts a reader may not have.
+    """
     out = io.StringIO()
-    with mpl.rc_context(STYLE):
+    with mpl.rc_context(STYLE | ({"svg.fonttype": "path"} if text_as_paths else {})):
         canvas.savefig(out, format="svg", metadata={"Date": None, "Creator": None})
     svg = out.getvalue()
     svg = svg[svg.index("<svg") :]

@@ -21,6 +21,7 @@ def significant(value: float | None, digits: int = 3) -> str:
         return MISSING
     if value == 0.0:
         return "0"
+    value = float(f"{value:.{digits - 1}e}")  # 9.99 to two digits is 10, not 10.0
     magnitude = math.floor(math.log10(abs(value)))
     if not -4 <= magnitude < 7:
         return f"{value:.{digits - 1}e}"

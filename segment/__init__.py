@@ -2,6 +2,7 @@
 
 from segment.cut import cut
 from segment.detector import MotionDetector
+from segment.label import motions_at
 from segment.periodic import ProfileMaker, periodic_profiles
 from segment.profile import Fidelity, PeriodicProfile, TooLittle
 from segment.segment import Basis, LoadStatistics, Motion, Segment
@@ -17,5 +18,6 @@ __all__ = [
     "Segment",
     "TooLittle",
     "cut",
+    "motions_at",
     "periodic_profiles",
 ]

@@ -37,6 +37,7 @@ def initial_state(
         first = {"film": film, "crack_film": crack_film, "left_n": 1.0, "left_p": 1.0}
         first |= {"crack_m": values["cracking.initial_length_m"]}
         first |= {"porosity": values["negative.porosity"]}
+        first |= {"plated": values["plating.strength"] * values["plating.initial_mol_m3"]}
         for name, value in first.items():
             state[layout.slice_of(name)] = value
     return state

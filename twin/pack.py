@@ -10,9 +10,11 @@ import numpy.typing as npt
 from twin.cell import Cell
 from twin.effects import (
     AGEING,
-    FACTORS,
+    OF_CELL,
     AnyEffect,
+    ColdPack,
     FilmResistance,
+    InitialSoc,
     Mechanics,
     OcvHysteresis,
     SeriesResistance,
@@ -130,9 +132,8 @@ class Pack:
             if isinstance(effect, FilmResistance):
                 values["negative.film_ohm_m2"] += effect.negative_ohm_m2
                 values["positive.film_ohm_m2"] += effect.positive_ohm_m2
-            if isinstance(effect, FACTORS):
-                for name in effect.scales:
-                    values[name] *= effect.factor
+            if isinstance(effect, OF_CELL):
+                values = effect.changed(values, self.cell)
         values |= mechanics_parameters(self.mechanics) if self.stressed else {}
         for effect in self.effects:
             if isinstance(effect, OcvHysteresis):
@@ -151,6 +152,11 @@ class Pack:
         `weak_cell.capacity_factor`, the second as `weak_cell#2.capacity_factor`, ...
         """
         start = {"initial_soc": self.initial_soc, "initial_K": self.initial_K}
+        for effect in self.effects:
+            if isinstance(effect, InitialSoc):
+                start["initial_soc"] += effect.offset
+            if isinstance(effect, ColdPack):
+                start["initial_K"] += effect.start_offset_K
         differ = {
             f"{prefix}.{p.name}": float(getattr(weak, p.name))
             for prefix, weak in self._named_weak()

@@ -5,12 +5,13 @@ came back, halves what did not converge, and locates where a limit was reached.
 """
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from math import prod
 
 import numpy as np
 import numpy.typing as npt
 
-from twin.effects import SelfHeating
+from twin.effects import OF_CURRENT, ColdPack, SelfHeating, VoltageGain
 from twin.inside import inside
 from twin.kernel import CHUNK, Backend
 from twin.limits import COLUMN, Limits
@@ -32,7 +33,17 @@ def surroundings(pack: Pack, ambient_K: float) -> FloatArray:
     """The last three of the kernel's drive."""
     heating = next((e for e in pack.effects if isinstance(e, SelfHeating)), None)
     transfer = heating.heat_transfer_W_m2_K if heating else 0.0
+    ambient_K += sum(e.ambient_offset_K for e in pack.effects if isinstance(e, ColdPack))
     return np.array([ambient_K, transfer, float(heating is not None)])
+
+
+def flowed(pack: Pack, load: Load) -> Load:
+    """The load the cells of `pack` had while `load` was recorded, by the effects that differ."""
+    current_A = load.current_A
+    for effect in pack.effects:
+        if isinstance(effect, OF_CURRENT):
+            current_A = effect.flowed_A(load.time_s, current_A)
+    return load if current_A is load.current_A else replace(load, current_A=current_A)
 
 
 OUTSIDE = ("ambient_K", "heat_transfer_W_m2_K")
@@ -77,7 +88,7 @@ class Run:
         self.pack, self._p = pack, self.model.parameters(self.kinds)
         fresh = self.model.initial_state(self.kinds)
         self.initial = self.state = fresh if state is None else state
-        self.pieces = cut_into_pieces(load, pack.parallel)
+        self.pieces = cut_into_pieces(flowed(pack, load), pack.parallel)
         self._limits = Limits(pack.cell.lower_cut_off_V, pack.cell.upper_cut_off_V)
         self._tail = surroundings(pack, load.ambient_K)
         self.rows: list[FloatArray] = []
@@ -185,10 +196,11 @@ def solution_of(run: Run, pack: Pack, load: Load) -> Solution:
     out = np.hstack(run.rows) if run.rows else np.zeros((run.model.outputs, 0))
     ends = sample_ends(run.pieces, out.shape[1])
     out, n = out[:, ends], ends.size
+    recorded = prod(e.gain for e in pack.effects if isinstance(e, VoltageGain))
     return Solution(
         time_s=load.time_s[:n],
         current_A=load.current_A[:n],
-        voltage_V=out[COLUMN["voltage_V"]] * pack.series,
+        voltage_V=out[COLUMN["voltage_V"]] * (pack.series * recorded),
         temperature_K=out[COLUMN["temperature_K"]],
         soc=run.kinds[0].soc(out[COLUMN["negative_mean"]]),
         heat_W=out[COLUMN["heat_W"]] * pack.series * pack.parallel,

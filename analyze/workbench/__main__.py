@@ -267,5 +267,71 @@ def calibrate(**options: object) -> None:
     leave_with(command)
 
 
+@main.command()
+@click.argument("sources", metavar="LOG...", nargs=-1, required=True, type=AnyFile)
+@click.option(
+    "--holdout",
+    multiple=True,
+    type=AnyFile,
+    metavar="LOG",
+    help="A recording of the same pack on which all is judged; may come several times. Without it "
+    "the last of several LOGs, or every second sixth of a single one.",
+)
+@click.option("--pack", type=AnyFile, required=True, help="The pack, as pack.toml describes it.")
+@out("mismatch.json, explain.html and reveal.json there are replaced.")
+@click.option(
+    "--adopt",
+    type=click.Path(dir_okay=False, path_type=Path),
+    metavar="PACK.toml",
+    help="Write the pack file with what was named switched on.",
+)
+@click.option(
+    "--conceal",
+    default="",
+    metavar="CHANNELS",
+    help="Channels of the logs to keep from the twin: temperature, cells, or both with a comma.",
+)
+@click.option(
+    "--reveal",
+    multiple=True,
+    type=AnyFile,
+    metavar="CSV",
+    help="Measured temperature or cell voltages (time_s, temperature_c, cell_1_v, ...), read after "
+    "the verdict is written and compared with the twin; may come several times. It belongs to the "
+    "recording whose name it begins with, else to the last one.",
+)
+@click.option(
+    "--between",
+    type=click.Choice(["linear", "hold"]),
+    default="linear",
+    show_default=True,
+    help="How the current of a CSV runs between rows: straight (a sensor), or held (programmed "
+    "steps).",
+)
+@click.option(
+    "--battery",
+    type=click.IntRange(min=0),
+    metavar="N",
+    help="Which battery of a log, counted from 0; by itself the one that carries the flight.",
+)
+def explain(**options: object) -> None:
+    """Say where recordings of a pack and its twin differ, and what was left out.
+
+    A LOG is a flight log or a CSV with time, current and voltage. Each known effect (of the cell,
+    its ageing, the pack, the instruments) is fitted to the recordings and judged on what was not
+    fitted; what is real and has no name among them is said to be unknown. explain.html shows it.
+
+    The exit code is 0 if there is a verdict, 2 if a file or an option cannot be used, 130 after
+    Ctrl-C.
+    """
+
+    def command() -> int:
+        with held():
+            from analyze.workbench.explain import Request, run  # late, as above
+        return run(Request(**options))  # type: ignore[arg-type]
+
+    leave_with(command)
+
+
 if __name__ == "__main__":
     main()

@@ -12,6 +12,7 @@ import numpy as np
 import numpy.typing as npt
 
 from analyze.checks import WrongUse, is_log
+from analyze.conceal import Channel
 from analyze.find import sensor_beside
 from analyze.names import printable
 from analyze.pack_choice import PackChoice, cell_of
@@ -21,6 +22,7 @@ from analyze.start import pack_of, pack_use
 from flightlogs.errors import LogError
 from reports.flight import PackUse
 from reports.quantity import ampere_hours, celsius, fixed
+from segment import Segment, cut
 from twin.bpx_file import CellError
 from twin.constants import ZERO_CELSIUS_K
 from twin.load import MAX_STEP_S, Between, Load, LoadError
@@ -43,6 +45,7 @@ class Ask:
     between: str
     sensor: Path | None
     battery: int | None
+    concealed: frozenset[Channel] = frozenset()
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -58,6 +61,7 @@ class Drawn:
         pack: as it starts.
         use: its numbers, and where each comes from.
         doubts: what is doubtful in the files, in words.
+        segments: of a log, cut by motion.
     """
 
     name: str
@@ -67,6 +71,7 @@ class Drawn:
     pack: Pack
     use: PackUse
     doubts: tuple[str, ...]
+    segments: tuple[Segment, ...] = ()
 
 
 @contextmanager
@@ -94,8 +99,9 @@ def read_drawn(ask: Ask, choice: PackChoice) -> Drawn:
 
 def _of_log(log: Path, ask: Ask, choice: PackChoice) -> Drawn:
     flight = read_flight(
-        Source(log=log, sensor=ask.sensor or sensor_beside(log), pack=choice, battery=ask.battery)
-    )
+        Source(log=log, sensor=ask.sensor or sensor_beside(log), pack=choice, battery=ask.battery,
+               concealed=ask.concealed)
+    )  # fmt: skip
     recording = flight.recording
     return Drawn(
         name=printable(log.name),
@@ -105,6 +111,7 @@ def _of_log(log: Path, ask: Ask, choice: PackChoice) -> Drawn:
         pack=pack_of(flight.use, flight.cell),
         use=flight.use,
         doubts=tuple(w.message for w in recording.warnings),
+        segments=cut(recording),
     )
 
 

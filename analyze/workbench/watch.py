@@ -9,8 +9,11 @@ Tell = Callable[[int, str], None]
 
 
 @contextmanager
-def watching(total: int, what: str, *, done: int = 0) -> Iterator[Tell]:
-    """Yields what moves a bar over `total`, `done` of which were there before."""
+def watching(total: int | None, what: str, *, done: int = 0) -> Iterator[Tell]:
+    """Yields what moves a bar over `total`, `done` of which were there before.
+
+    Where `total` is None it only shows that it moves.
+    """
     if not sys.stderr.isatty():
         yield lambda _done, _said: None
         return

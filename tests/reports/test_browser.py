@@ -4,13 +4,17 @@ import re
 import shutil
 import subprocess
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
 
+from reports.mismatch import mismatch_page
 from reports.page import flight_page
 from reports.render import render
 from tests.reports import example
+from tests.reports.mismatch_example import pair
+from tests.reports.mismatch_example import report as mismatch_report
 from tests.reports.test_calibration_page import EVIL, found, renamed
 from tests.reports.test_calibration_page import page as calibration_html
 
@@ -58,7 +62,14 @@ def calibration() -> tuple[str, int]:
     return calibration_html(of), len(of.fitted) + 5
 
 
-@pytest.mark.parametrize("made", [flight, calibration])
+def mismatch() -> tuple[str, int]:
+    of = pair()
+    courses = tuple(replace(c, name=EVIL) for c in of.courses)
+    drawings = len(courses) + len(of.effects) + 2
+    return render(mismatch_page(mismatch_report(replace(of, courses=courses)))), drawings
+
+
+@pytest.mark.parametrize("made", [flight, calibration, mismatch])
 @pytest.mark.parametrize("width", [600, 1200])
 def test_a_browser_lays_the_page_out_without_fetching_or_overflowing(
     tmp_path: Path, width: int, made: Callable[[], tuple[str, int]]

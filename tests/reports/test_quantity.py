@@ -21,7 +21,14 @@ def test_fixed_has_no_minus_before_zero_and_no_nan(
 
 @pytest.mark.parametrize(
     ("value", "text"),
-    [(0.0, "0"), (21.44, "21.4"), (1234.5, "1230"), (0.01234, "0.0123"), (-2e-15, "-2.00e-15")],
+    [
+        (0.0, "0"),
+        (21.44, "21.4"),
+        (1234.5, "1230"),
+        (9.9996, "10.0"),
+        (0.01234, "0.0123"),
+        (-2e-15, "-2.00e-15"),
+    ],
 )
 def test_significant_keeps_three_digits(value: float, text: str) -> None:
     assert significant(value) == text

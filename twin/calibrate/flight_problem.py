@@ -14,7 +14,15 @@ import numpy as np
 import numpy.typing as npt
 
 from twin.calibrate.parameters import Parameter, Scale
-from twin.effects import FACTORS, AnyEffect, SelfHeating, SeriesResistance
+from twin.effects import (
+    AnyEffect,
+    ElectrolyteTransport,
+    ReactionKinetics,
+    SelfHeating,
+    SeriesResistance,
+    SolidDiffusionNegative,
+    SolidDiffusionPositive,
+)
 from twin.load import Load
 from twin.pack import Pack
 from twin.population import population
@@ -127,7 +135,7 @@ def quantities(pack: Pack, flown: Flown, known: Known) -> tuple[Quantity, ...]:
     if not known.temperature:
         out.append(_temperature(pack))
     out += [_heat_transfer(e) for e in pack.effects if isinstance(e, SelfHeating)]
-    return (*out, *(_factor(kind) for kind in FACTORS))
+    return (*out, *(_factor(*factor) for factor in FACTORS))
 
 
 def _soc(pack: Pack, known: Known) -> Quantity:
@@ -175,13 +183,33 @@ def _heat_transfer(heating: SelfHeating) -> Quantity:
     return Quantity(parameter, put)
 
 
-def _factor(kind: type[AnyEffect]) -> Quantity:
-    (own,) = kind.parameters
+Made = Callable[[float], tuple[AnyEffect, ...]]
+FACTORS: tuple[tuple[str, float, float, Made], ...] = (
+    (
+        "reaction_kinetics", 0.7, 50.0,
+        lambda f: (ReactionKinetics(negative_factor=f, positive_factor=f),),
+    ),
+    (
+        "electrolyte_transport", 0.4, 10.0,
+        lambda f: (ElectrolyteTransport(diffusivity_factor=f, conductivity_factor=f),),
+    ),
+    (
+        "solid_diffusion", 0.7, 50.0,
+        lambda f: (
+            SolidDiffusionNegative(diffusivity_factor=f),
+            SolidDiffusionPositive(diffusivity_factor=f),
+        ),
+    ),
+)  # fmt: skip
+"""Name, standard deviation of the logarithm, largest factor either way, and what it makes: of both
+electrodes at once, for a flight does not tell them apart."""
+
+
+def _factor(name: str, std: float, most: float, made: Made) -> Quantity:
     parameter = Parameter(
-        name=kind.id, unit="", mean=own.value, std=own.prior_std, lower=own.lower, upper=own.upper,
-        scale=Scale.LOG,
-    )  # fmt: skip
-    return Quantity(parameter, lambda p, value: _with(p, kind(factor=value)))  # type: ignore[call-arg]
+        name=name, unit="", mean=1.0, std=std, lower=1 / most, upper=most, scale=Scale.LOG
+    )
+    return Quantity(parameter, lambda p, value: replace(p, effects=(*p.effects, *made(value))))
 
 
 def changed(pack: Pack, quantities: Sequence[Quantity], q: FloatArray) -> Pack:

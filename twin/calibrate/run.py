@@ -27,6 +27,7 @@ from twin.calibrate.reference import ReferenceTest, left_unknown
 from twin.calibrate.resample import sampled
 from twin.calibrate.settle import Settled, least_squares, weighed
 from twin.calibrate.table import CalibrationError
+from twin.effects import OF_CELL
 from twin.pack import Pack
 
 FloatArray = npt.NDArray[np.float64]
@@ -138,10 +139,10 @@ def problem_of(
         raise CalibrationError("no test to calibrate from")
     if len({t.name for t in tests}) < len(tests):
         raise CalibrationError("two tests have the same name: rename one")
-    if pack.stressed or pack.weak:
+    if pack.stressed or pack.weak or any(isinstance(e, OF_CELL) for e in pack.effects):
         raise CalibrationError(
-            "the cells of this pack differ, or stress enhances their diffusion: calibrate without "
-            "those effects in the pack file"
+            "the cells of this pack differ, stress enhances their diffusion, or an effect changes "
+            "what is to be calibrated: calibrate without those effects in the pack file"
         )
     return Problem(pack, [sampled(t, labelled_C(pack)) for t in tests], only=only)
 

@@ -25,12 +25,12 @@ QUANTITIES: Mapping[str, tuple[str, Mapping[str, tuple[float, float]]]] = {
 LONG_UNITS = {
     "sec": "s", "second": "s", "seconds": "s", "hours": "h", "hour": "h", "minutes": "min",
     "amps": "a", "ampere": "a", "volt": "v", "volts": "v", "degc": "c", "°c": "c", "celsius": "c",
-    "degree_c": "c", "kelvin": "k", "µs": "us", "μs": "us",
+    "kelvin": "k", "µs": "us", "μs": "us",
 }  # fmt: skip
 OPTIONAL = ("temperature_K",)
 CELL = re.compile(r"cell\D*(?P<number>\d{1,3})(?!\d)")
 """In a header with the unit of a voltage: that of one cell of the pack, by its place."""
-HEADER = re.compile(r"^(?P<what>.*?)[\s_]*(?:[\[(/_]|\s)\s*(?P<unit>[a-zµμ°_]+)\s*[\])]?$")
+HEADER = re.compile(r"^(?P<what>.*?)[\s_]*(?:[\[(/_]|\s)\s*(?P<unit>[a-zµμ°]+)\s*[\])]?$")
 
 
 class CalibrationError(ValueError):

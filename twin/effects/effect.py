@@ -3,6 +3,14 @@
 from dataclasses import dataclass
 from typing import Protocol
 
+import numpy as np
+import numpy.typing as npt
+
+FloatArray = npt.NDArray[np.float64]
+
+Numbers = dict[str, float]
+"""Of one cell, by the kernel's names: `twin/parameters.py`."""
+
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Parameter:
@@ -14,7 +22,9 @@ class Parameter:
         value: default.
         lower: physical bound.
         upper: physical bound.
-        prior_std: one standard deviation of what is known beforehand, same unit.
+        prior_std: one standard deviation of what is known beforehand, same unit; of the logarithm
+            where that is what is searched.
+        logarithmic: searched by its logarithm.
     """
 
     name: str
@@ -23,6 +33,7 @@ class Parameter:
     lower: float
     upper: float
     prior_std: float
+    logarithmic: bool = False
 
 
 STRENGTH = Parameter(name="strength", unit="1", value=1.0, lower=0.0, upper=10.0, prior_std=1.0)

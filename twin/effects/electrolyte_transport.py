@@ -1,28 +1,45 @@
-"""An electrolyte that conducts and diffuses better or worse than the cell's file has it."""
+"""Salt moves through the pores worse, or better, than the cell's numbers say."""
 
 from dataclasses import dataclass
+from math import log
 from typing import ClassVar
 
-from twin.effects.effect import Parameter
+from twin.cell import Cell
+from twin.effects.effect import Numbers, Parameter
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ElectrolyteTransport:
-    """Conductivity and diffusivity of the electrolyte, times one factor (pores more winding)."""
+    """D_e and kappa times a factor each: another salt, other solvents, pores that are clogged."""
 
-    factor: float = 1.0
+    diffusivity_factor: float = 1.0
+    conductivity_factor: float = 1.0
 
     id: ClassVar[str] = "electrolyte_transport"
-    scales: ClassVar[tuple[str, ...]] = (
-        "electrolyte.conductivity_factor",
-        "electrolyte.diffusivity_factor",
+    parameters: ClassVar[tuple[Parameter, ...]] = tuple(
+        Parameter(
+            name=f"{name}_factor", unit="1", value=1.0, lower=0.05, upper=10.0, prior_std=log(2.0),
+            logarithmic=True,
+        )
+        for name in ("diffusivity", "conductivity")
+    )  # fmt: skip
+    balance: ClassVar[str] = "salt in the electrolyte, and its potential"
+    equation: ClassVar[str] = (
+        r"\varepsilon \dot c = \nabla\cdot(f_D D_e^\mathrm{eff}\nabla c) + (1-t_+)\,a\,i/F,\quad "
+        r"\kappa = f_\kappa\,\kappa_0(c)"
     )
-    parameters: ClassVar[tuple[Parameter, ...]] = (
-        Parameter(name="factor", unit="1", value=1.0, lower=0.1, upper=10.0, prior_std=0.4),
-    )
-    balance: ClassVar[str] = "salt and charge in the pores"
-    equation: ClassVar[str] = r"\kappa \to f\,\kappa,\quad D_e \to f\,D_e"
     source: ClassVar[str] = (
         "Doyle, Fuller, Newman, J. Electrochem. Soc. 140, 1526 (1993), doi:10.1149/1.2221597"
     )
-    signature: ClassVar[str] = "a fall of the voltage at once, and more of it over tens of seconds"
+    signature: ClassVar[str] = (
+        "at high current the voltage sinks for the first half minute, more than in proportion, and "
+        "recovers as slowly; little of it at low current"
+    )
+
+    def changed(self, numbers: Numbers, cell: Cell) -> Numbers:  # noqa: ARG002
+        """The kernel's numbers of one cell with this effect in it."""
+        factors = {
+            "electrolyte.diffusivity_factor": self.diffusivity_factor,
+            "electrolyte.conductivity_factor": self.conductivity_factor,
+        }
+        return numbers | {name: numbers[name] * factor for name, factor in factors.items()}

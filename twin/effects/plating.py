@@ -19,6 +19,8 @@ class Plating:
     rate_constant_m_s: float = 1e-9
     decay_1_s: float = 1e-6
     molar_volume_m3_mol: float = 1.3e-5
+    initial_mol_m3: float = 0.0
+    """Plated at the start, per volume of the negative electrode: what a cold charge left."""
 
     id: ClassVar[str] = "plating"
     parameters: ClassVar[tuple[Parameter, ...]] = (
@@ -33,6 +35,9 @@ class Plating:
         Parameter(
             name="molar_volume_m3_mol", unit="m3/mol", value=1.3e-5, lower=1e-6, upper=1e-4,
             prior_std=1e-7,
+        ),
+        Parameter(
+            name="initial_mol_m3", unit="mol/m3", value=0.0, lower=0.0, upper=1e4, prior_std=200.0
         ),
     )  # fmt: skip
     balance: ClassVar[str] = "lithium from the electrolyte to metal and back, its charge, porosity"

@@ -16,7 +16,8 @@ from twin.effects import (
     ReactionKinetics,
     SelfHeating,
     SeriesResistance,
-    SolidDiffusion,
+    SolidDiffusionNegative,
+    SolidDiffusionPositive,
 )
 from twin.load import Load
 from twin.pack import Pack
@@ -58,22 +59,26 @@ def hidden(seed: int) -> Pack:
         effects=(
             SelfHeating(heat_transfer_W_m2_K=12.0 * wind),
             SeriesResistance(resistance_ohm=rng.uniform(0.005, 0.04)),
-            ReactionKinetics(factor=kinetics),
-            ElectrolyteTransport(factor=electrolyte),
-            SolidDiffusion(factor=diffusion),
+            ReactionKinetics(negative_factor=kinetics, positive_factor=kinetics),
+            ElectrolyteTransport(diffusivity_factor=electrolyte, conductivity_factor=electrolyte),
+            SolidDiffusionNegative(diffusivity_factor=diffusion),
+            SolidDiffusionPositive(diffusivity_factor=diffusion),
         ),
     )
 
 
 def truths(pack: Pack) -> dict[str, float]:
-    heating, leads, *factors = pack.effects
+    heating, leads, kinetics, electrolyte, diffusion, _ = pack.effects
     return {
         "initial_soc": pack.initial_soc,
         "capacity_C": pack.capacity_C,
         "series_resistance_ohm": leads.resistance_ohm,
         "initial_K": pack.initial_K,
         "heat_transfer_W_m2_K": heating.heat_transfer_W_m2_K,
-    } | {f.id: f.factor for f in factors}
+        "reaction_kinetics": kinetics.negative_factor,
+        "electrolyte_transport": electrolyte.diffusivity_factor,
+        "solid_diffusion": diffusion.diffusivity_factor,
+    }
 
 
 @cache

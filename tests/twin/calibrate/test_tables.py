@@ -23,6 +23,7 @@ def read(header: str, *lines: str) -> MeasuredTable:
         ("time_ms,current_mA,voltage_mV", (1e-3, 1e-3, 1e-3)),
         ("Time [min],I (A),U [V]", (60, 1, 1)),
         ("Test_Time(s),Current(A),Voltage(V)", (1, 1, 1)),
+        ("test_time_second,cell_current_ampere,pack_voltage_volt", (1, 1, 1)),
         ("\ufeffTime (h),Current (mA),Voltage (V)", (3600, 1e-3, 1)),
     ],
 )

@@ -1,0 +1,194 @@
+"""`twin explain`: recordings of a pack and its twin -> what was left out."""
+
+import json
+import os
+from collections import Counter
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+import click
+
+from analyze.checks import WrongUse, checked_pack, make_writable
+from analyze.conceal import Channel
+from analyze.names import printable
+from analyze.pack_choice import PackChoice
+from analyze.workbench.drawn import Ask, Drawn, pack_lines, read_drawn, refusing
+from analyze.workbench.explained import print_finding, report_of
+from analyze.workbench.reveal import revealed_of
+from analyze.workbench.watch import watching
+from reports.mismatch import mismatch_page
+from reports.render import render
+from segment import motions_at
+from twin.mismatch import (
+    Finding,
+    Flight,
+    MismatchError,
+    Revealed,
+    Verdict,
+    adopted_text,
+    explain,
+    finding_json,
+    reveal_json,
+)
+from twin.whole_file import write_whole
+
+FILE, PAGE, REVEALED = "mismatch.json", "explain.html", "reveal.json"
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Request:
+    """The command line."""
+
+    sources: tuple[Path, ...]
+    holdout: tuple[Path, ...]
+    pack: Path
+    out: Path
+    adopt: Path | None
+    between: str
+    battery: int | None
+    conceal: str
+    reveal: tuple[Path, ...]
+
+    def __post_init__(self) -> None:
+        if self.adopt and self.adopt.suffix != ".toml":
+            raise WrongUse(f"--adopt {click.format_filename(self.adopt)}: expected a name in .toml")
+        times = Counter(path.resolve() for path in self.logs)
+        if twice := [path for path, n in times.items() if n > 1]:
+            raise WrongUse(
+                f"{click.format_filename(twice[0])} is given twice: what is fitted cannot be held "
+                "out, and no recording counts twice"
+            )
+
+    @property
+    def logs(self) -> tuple[Path, ...]:
+        """All recordings."""
+        return *self.sources, *self.holdout
+
+
+def run(request: Request) -> int:
+    """Explain, write and tell; the exit code.
+
+    The verdict is written before a channel that is to be revealed is opened.
+    """
+    concealed = _channels(request.conceal)
+    choice = checked_pack(request.pack)
+    files = named(request)
+    drawn = {name: _drawn(path, request, choice, concealed) for name, path in files.items()}
+    make_writable(request.out)
+    finding = _explained(drawn, len(request.sources))
+    _write_verdict(request.out, finding)
+    print_finding(finding)
+    adopted = _adopted(request, choice, finding)
+    revealed: tuple[Revealed, ...] = ()
+    try:
+        with _refusing():
+            revealed = revealed_of(request.reveal, files, drawn, adopted)
+        if revealed:
+            write_whole(request.out / REVEALED, _json(reveal_json(revealed)))
+    finally:  # a channel that cannot be read takes nothing from the page
+        kept = tuple(sorted(c.value for c in concealed))
+        report = report_of(choice, files, drawn, finding, request.adopt if adopted else None)
+        shown = replace(report, revealed=revealed, concealed=kept)
+        write_whole(request.out / PAGE, render(mismatch_page(shown)))
+    for file in (FILE, PAGE, *([REVEALED] if revealed else [])):
+        click.echo(f"written  {click.format_filename(request.out / file)}")
+    if request.adopt and not adopted:
+        raise WrongUse(f"--adopt: nothing was named, the verdict is {finding.verdict.value!r}")
+    return 0
+
+
+def named(request: Request) -> Mapping[str, Path]:
+    """Name -> recording; equal file names are told apart by their folders."""
+    times = Counter(path.name for path in request.logs)
+    return {
+        printable(path.name if times[path.name] == 1 else path.as_posix()): path
+        for path in request.logs
+    }
+
+
+def _channels(text: str) -> frozenset[Channel]:
+    known = {c.value: c for c in Channel}
+    names = [name.strip() for name in text.split(",") if name.strip()]
+    for name in names:
+        if name not in known:
+            raise WrongUse(f"--conceal: no channel {name!r}: expected {' or '.join(known)}")
+    return frozenset(known[name] for name in names)
+
+
+@contextmanager
+def _refusing() -> Iterator[None]:
+    try:
+        with refusing():
+            yield
+    except MismatchError as e:
+        raise WrongUse(str(e)) from e
+
+
+def _drawn(
+    path: Path, request: Request, choice: PackChoice, concealed: frozenset[Channel]
+) -> Drawn:
+    ask = Ask(
+        source=path, pack=request.pack, out=request.out, between=request.between, sensor=None,
+        battery=request.battery, concealed=concealed,
+    )  # fmt: skip
+    with refusing():
+        drawn = read_drawn(ask, choice)
+    click.echo(f"{drawn.name}\n{pack_lines(drawn.use)}")
+    for text in drawn.doubts:
+        click.echo(f"doubtful {text}", err=True)
+    return drawn
+
+
+def flight_of(drawn: Drawn, name: str) -> Flight:
+    """As the engine takes it."""
+    return Flight(
+        name=name,
+        pack=drawn.pack,
+        load=drawn.load,
+        voltage_V=drawn.recorded_V,
+        judged=drawn.judged,
+        motion=motions_at(drawn.load.time_s, drawn.segments),
+    )
+
+
+def _explained(drawn: Mapping[str, Drawn], fitted: int) -> Finding:
+    """By the first so many recordings; the others are held out."""
+    flights = [flight_of(d, name) for name, d in drawn.items()]
+    with _refusing(), watching(None, "models") as tell:
+        looked_at = 0
+
+        def progress(ids: Sequence[str]) -> None:
+            nonlocal looked_at
+            looked_at += 1
+            tell(looked_at, " + ".join(ids))
+
+        return explain(flights[:fitted], flights[fitted:], progress=progress)
+
+
+def _write_verdict(out: Path, finding: Finding) -> None:
+    """What an earlier call left goes: it is not of this verdict."""
+    for name in (PAGE, REVEALED):
+        (out / name).unlink(missing_ok=True)
+    write_whole(out / FILE, _json(finding_json(finding)))
+
+
+def _json(content: Mapping[str, Any]) -> str:
+    return json.dumps(content, indent=1) + "\n"
+
+
+def _adopted(request: Request, choice: PackChoice, finding: Finding) -> str:
+    """The text of the pack file with what was named, "" if nothing was; written if asked for."""
+    if finding.verdict is not Verdict.NAMED:
+        return ""
+    path = request.adopt or request.pack
+    cell = choice.cell  # stays where it is
+    beside = cell if isinstance(cell, str) else os.path.relpath(cell, path.resolve().parent)
+    text = adopted_text(finding, choice.file, cell=Path(beside).as_posix())
+    if request.adopt:
+        make_writable(path.resolve().parent)
+        write_whole(path, text)
+        click.echo(f"adopted  {click.format_filename(path)}")
+    return text

@@ -1,0 +1,81 @@
+"""Each effect that was left out: equation, source, numbers."""
+
+from matplotlib.mathtext import MathTextParser
+
+from reports.mismatch.report import MismatchReport
+from reports.mismatch.summary import of_effect, sizes_V
+from reports.mismatch.words import listed, name, number, percent, sentence, unit
+from reports.plots import MEASURED, panels, to_svg
+from reports.quantity import significant
+from reports.section import Figure, Row, Section
+from twin.mismatch import NamedEffect, Value, Verdict
+
+HEIGHT_IN = 0.75
+SIZE = 16.0  # points
+
+
+def effects(report: MismatchReport) -> tuple[Section, ...]:
+    """A section for each."""
+    sizes = sizes_V(report.finding)
+    settled = report.finding.verdict is Verdict.NAMED
+    return tuple(
+        _section(e, of_effect(e, sizes.get(e.id)) if settled else _if(e, sizes.get(e.id)), k)
+        for k, e in enumerate(report.finding.effects, start=1)
+    )
+
+
+def _if(e: NamedEffect, size_V: float | None) -> str:
+    return f"not settled; if it is this, {of_effect(e, size_V)}"
+
+
+def _section(e: NamedEffect, said: str, place: int) -> Section:
+    drawing = equation(e.equation, f"equation{place}")
+    rows = [
+        Row(
+            label="Probability",
+            value=percent(e.probability),
+            note="that it, or what looks like it, is part of what was left out",
+        )
+    ]
+    if e.equivalent:
+        alike = listed([name(o) for o in e.equivalent])
+        rows.append(Row(label="Looks the same here", value=alike))
+    rows += [_parameter(v) for v in e.parameters]
+    if drawing is None:
+        rows.append(Row(label="Equation", value=e.equation))
+    rows += [
+        Row(label="In a pack file", value=f'[twin] physics = ["{e.pack_id}"]'),
+        Row(label="Source", value=e.source),
+    ]
+    return Section(
+        id=f"effect-{e.id}",
+        title=sentence(name(e.id))[:-1],
+        lead=(sentence(said), f"What it leaves in a recording: {e.signature}."),
+        figures=() if drawing is None else (drawing,),
+        rows=tuple(rows),
+        notes=("± is one standard deviation, from the fitted recordings and the prior.",),
+    )
+
+
+def _parameter(v: Value) -> Row:
+    shown, factor = unit(v.unit)
+    return Row(
+        label=sentence(number(v.name))[:-1],
+        value=significant(factor * v.value, 3),
+        sd=significant(factor * v.std, 2),
+        unit=shown,
+    )
+
+
+def equation(latex: str, place: str) -> Figure | None:
+    """`latex` as a drawing; None if it holds what cannot be set."""
+    text = f"${latex.replace(chr(92) + 'tfrac', chr(92) + 'frac')}$"
+    try:
+        MathTextParser("path").parse(text)
+    except ValueError:
+        return None
+    canvas, (ax,) = panels([HEIGHT_IN])
+    ax.set_axis_off()
+    ax.text(0.0, 0.5, text, fontsize=SIZE, color=MEASURED, va="center", math_fontfamily="stix")
+    svg = to_svg(canvas, place, text_as_paths=True)
+    return Figure(caption="", description=f"Equation, in LaTeX: {latex}", svg=svg)

@@ -1,0 +1,202 @@
+"""`twin explain`: files, their order, words and exit codes; few hypotheses, short recordings."""
+
+import json
+import os
+import re
+import threading
+from dataclasses import replace
+from functools import partial
+from pathlib import Path
+
+import numpy as np
+import pytest
+from click.testing import CliRunner, Result
+
+from analyze.workbench import explain as command
+from analyze.workbench.__main__ import main
+from analyze.workbench.reveal import belongs_to
+from tests.analyze.test_workbench_replay import SAMPLES
+from tests.twin.mismatch.recordings import flown, pack
+from twin.effects import SelfHeating
+from twin.mismatch import Verdict, explain
+from twin.mismatch.hypothesis import HYPOTHESES
+from twin.pack_file import effects_of, parse_pack_file
+from twin.simulate import simulate
+
+PACK = (
+    '[pack]\nname = "a"\ncell = "lipo_2200"\nseries = 4\n[start]\nsoc = 1.0\n[twin]\nphysics = []\n'
+)
+FEW = [h for h in HYPOTHESES if h.id in ("self_heating", "current_gain")]
+TRUTH = SelfHeating(heat_transfer_W_m2_K=15.0)
+
+
+@pytest.fixture(autouse=True)
+def few(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(command, "explain", partial(explain, hypotheses=FEW))
+
+
+def call(folder: Path, *arguments: str | Path, pack_text: str = PACK) -> Result:
+    (folder / "pack.toml").write_text(pack_text, encoding="utf-8")
+    common = ["--pack", str(folder / "pack.toml"), "--out", str(folder / "out")]
+    return CliRunner().invoke(main, ["explain", *map(str, arguments), *common])
+
+
+def put(folder: Path, name: str, seed: int, *, heated: bool = True) -> Path:
+    """A CSV of a flight, and beside it, unread, its temperature and cells."""
+    own = flown([TRUTH] if heated else [], seed=seed)
+    folder.mkdir(exist_ok=True)
+    rows = np.column_stack([own.time_s, own.load.current_A, own.voltage_V])
+    np.savetxt(
+        folder / name, rows, delimiter=",", header="time_s,current_A,voltage_V", comments="",
+    )  # fmt: skip
+    true = simulate(replace(pack(), effects=(TRUTH,)), own.load)
+    rows = np.column_stack([true.time_s, true.temperature_K - 273.15, true.cell_voltage_V[0]])
+    np.savetxt(
+        folder / f"{Path(name).stem}.hidden", rows[::10], delimiter=",",
+        header="time_s,temperature_c,cell_1_v", comments="",
+    )  # fmt: skip
+    return folder / name
+
+
+def verdict(folder: Path) -> bytes:
+    return (folder / "out" / "mismatch.json").read_bytes()
+
+
+@pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="no named pipes on this system")
+def test_the_verdict_is_whole_before_what_is_revealed_is_opened_and_stays(tmp_path: Path) -> None:
+    """The CSV is a pipe: whoever writes into it knows when it is opened."""
+    log, ahead = put(tmp_path, "a.csv", 1), put(tmp_path, "b.csv", 2)
+    hidden = (tmp_path / "b.hidden").read_text(encoding="utf-8")
+    pipe = tmp_path / "b.pipe"
+    os.mkfifo(pipe)
+    seen: list[bytes] = []
+    over = threading.Event()
+
+    def reveal_late() -> None:
+        file = tmp_path / "out" / "mismatch.json"
+        with pipe.open("w", encoding="utf-8") as stream:  # waits until the command opens it
+            seen.append(file.read_bytes() if file.exists() else b"")
+            stream.write(hidden)
+        if not over.wait(20):  # it was opened before its time, and again: let that one end
+            pipe.open("w").close()
+
+    writer = threading.Thread(target=reveal_late, daemon=True)
+    writer.start()
+    result = call(tmp_path, log, "--holdout", ahead, "--reveal", pipe)
+    over.set()
+    writer.join(timeout=10)
+    assert result.exit_code == 0, result.output
+    assert seen == [verdict(tmp_path)]
+    channels = json.loads((tmp_path / "out" / "reveal.json").read_text())["channels"]
+    assert [c["channel"] for c in channels] == ["temperature", "weakest_cell_voltage"]
+    assert {c["flight"] for c in channels} == {"b.csv"}
+    for c in channels:
+        assert c["rmse_after"] < 0.2 * c["rmse_before"]
+    page = (tmp_path / "out" / "explain.html").read_text(encoding="utf-8")
+    assert "Put to the proof" in page
+    # what is revealed, and that it is, changes nothing
+    assert call(tmp_path, log, "--holdout", ahead).exit_code == 0
+    assert seen == [verdict(tmp_path)]
+    assert not (tmp_path / "out" / "reveal.json").exists()
+
+
+def test_a_reveal_that_cannot_be_read_takes_neither_verdict_nor_page(tmp_path: Path) -> None:
+    log = put(tmp_path, "a.csv", 1)
+    (tmp_path / "bad").write_text("time_s,temperature_c\n0,x\n1,2\n", encoding="utf-8")
+    result = call(tmp_path, log, "--reveal", tmp_path / "bad")
+    assert result.exit_code == 2
+    assert "bad, line 2: 'x' is no number" in result.output
+    assert {p.name for p in (tmp_path / "out").iterdir()} == {"mismatch.json", "explain.html"}
+
+
+def test_one_recording_gives_verdict_page_words_and_an_adopted_pack(tmp_path: Path) -> None:
+    log, better = put(tmp_path, "a.csv", 1), tmp_path / "better.toml"
+    result = call(tmp_path, log, "--adopt", better)
+    assert result.exit_code == 0, result.output
+    said = " ".join(result.output.split())
+    assert "verdict named: The pack heats itself and the twin did not know" in said
+    (effect,) = json.loads(verdict(tmp_path))["effects"]
+    (adopted,) = effects_of(parse_pack_file(better.read_text(encoding="utf-8"), name="b"))
+    assert adopted == SelfHeating(heat_transfer_W_m2_K=effect["parameters"][0]["value"])
+    page = (tmp_path / "out" / "explain.html").read_text(encoding="utf-8")
+    assert "--pack better.toml" in page
+    assert "fitted and held out, SHA-256" in page
+
+
+def test_where_nothing_is_named_nothing_is_adopted_and_the_page_is_there(tmp_path: Path) -> None:
+    log = put(tmp_path, "a.csv", 1, heated=False)
+    result = call(tmp_path, log, "--adopt", tmp_path / "better.toml")
+    assert result.exit_code == 2
+    assert "--adopt: nothing was named, the verdict is 'none'" in result.output
+    assert not (tmp_path / "better.toml").exists()
+    assert (tmp_path / "out" / "explain.html").exists()
+
+
+def test_a_log_has_its_motions_in_the_spans(tmp_path: Path) -> None:
+    wrong = PACK.replace("series = 4", "capacity_ah = 2.2\nseries = 4")
+    result = call(
+        tmp_path, SAMPLES / "light.ulg", "--conceal", "temperature,cells", pack_text=wrong
+    )
+    assert result.exit_code == 0, result.output
+    found = json.loads(verdict(tmp_path))
+    assert found["verdict"] != Verdict.NONE.value  # neither its warmth nor its charge is told
+    truth = json.loads((SAMPLES / "light.truth.json").read_text(encoding="utf-8"))["segments"]
+    within = [
+        (s["motion"], t["motion"])
+        for s in found["location"]["spans"]
+        for t in truth
+        if t["start_s"] <= s["start_s"] and s["stop_s"] <= t["stop_s"]
+    ]
+    assert all(said == true for said, true in within)
+    assert len({said for said, _ in within}) > 2
+    page = (tmp_path / "out" / "explain.html").read_text(encoding="utf-8")
+    assert re.search(r"Kept from the twin</th><td>cells, temperature", page)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "said"),
+    [
+        ((), "Missing argument 'LOG...'"),
+        (("a.csv", "--conceal", "temprature"), "no channel 'temprature': expected temperature or"),
+        (("a.csv", "--holdout", "a.csv"), "is given twice"),
+        (("a.csv", "--adopt", "better.txt"), "expected a name in .toml"),
+        (("a.csv", "--reveal", "none.csv"), "does not exist"),
+        (("short.csv",), "0 samples with current and voltage"),
+        (("bad.csv",), "no column 'time_s'"),
+    ],
+)
+def test_wrong_use_is_told_before_any_work(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, arguments: tuple[str, ...], said: str
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    put(tmp_path, "a.csv", 1)
+    (tmp_path / "short.csv").write_text("time_s,current_A\n0,1\n9,1\n", encoding="utf-8")
+    (tmp_path / "bad.csv").write_text("t,i\n0,1\n", encoding="utf-8")
+    result = call(tmp_path, *arguments)
+    assert result.exit_code == 2
+    assert said in " ".join(result.output.split())
+    assert not (tmp_path / "out" / "mismatch.json").exists()
+
+
+def test_a_folder_that_cannot_be_made_is_wrong_use(tmp_path: Path) -> None:
+    (tmp_path / "out").write_text("a file", encoding="utf-8")
+    result = call(tmp_path, put(tmp_path, "a.csv", 1))
+    assert result.exit_code == 2
+    assert "cannot be made" in result.output
+
+
+def test_recordings_of_one_name_are_told_apart_by_their_folders(tmp_path: Path) -> None:
+    logs = [put(tmp_path / folder, "log.csv", seed) for folder, seed in (("x", 1), ("y", 2))]
+    result = call(tmp_path, *logs)
+    assert result.exit_code == 0, result.output
+    flights = {s["flight"] for s in json.loads(verdict(tmp_path))["location"]["spans"]}
+    assert flights == {log.as_posix() for log in logs}
+
+
+def test_a_csv_belongs_to_the_recording_it_is_named_after_else_to_the_last() -> None:
+    logs = {name: Path("/logs") / name for name in ("a.ulg", "a_2.ulg", "b.ulg")}
+    for file, flight in (
+        ("a.warm.csv", "a.ulg"), ("a_warm.csv", "a.ulg"), ("a_2_warm.csv", "a_2.ulg"),
+        ("a.ulg", "a.ulg"), ("warm.csv", "b.ulg"), ("abc.csv", "b.ulg"),
+    ):  # fmt: skip
+        assert belongs_to(Path("/else") / file, logs) == flight

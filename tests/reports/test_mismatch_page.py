@@ -1,0 +1,226 @@
+"""The page of a mismatch: a sentence for each verdict, complete, honest, safe from names."""
+
+import re
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from reports.mismatch import headline, mismatch_page
+from reports.mismatch.candidates import outcome
+from reports.mismatch.drawn import MOST_DRAWN, chosen, mean_mV, stretches
+from reports.mismatch.effects import equation
+from reports.mismatch.summary import sizes_V
+from reports.mismatch.words import CLAUSES, NAMES, clause, listed, name, number, percent
+from reports.render import render
+from segment.segment import Motion
+from tests.reports.mismatch_example import NOISE_V, TIME_S, course, finding, pair, report
+from tests.reports.test_calibration_page import EVIL
+from tests.reports.test_page import DRAWING, parsed
+from twin.effects import AnyEffect
+from twin.mismatch import Finding, Hidden, Revealed, Value, Verdict
+from twin.mismatch.hypothesis import HYPOTHESES, Hypothesis
+
+
+def html(of: Finding) -> str:
+    return render(mismatch_page(report(of)))
+
+
+def words(page: str) -> str:
+    return " ".join(DRAWING.sub("", page).split())
+
+
+@pytest.mark.parametrize(
+    ("verdict", "said"),
+    [
+        (Verdict.NONE, "The twin says what these recordings say"),
+        (Verdict.NAMED, "The pack heats itself and the twin did not know"),
+        (Verdict.AMBIGUOUS, "most likely it is self-heating (98 %)."),
+        (Verdict.UNKNOWN, "no effect that it knows explains that; it follows the current squared."),
+    ],
+)
+def test_each_verdict_has_a_sentence_and_a_whole_page(verdict: Verdict, said: str) -> None:
+    of = finding(verdict)
+    assert said in headline(of)
+    page = html(of)
+    parsed(page)
+    assert said in words(page)
+
+
+def test_what_was_found_is_shown_with_its_size_equation_source_and_error() -> None:
+    text = words(html(finding()))
+    size_mV = 1e3 * sizes_V(finding())["self_heating"]
+    for said in (
+        f"({size_mV:.1f} mV of the pack&#39;s voltage)",
+        "12.3 ± 0.60 W/(m² K)",
+        "Bernardi",
+        "8.2 mV with it and 35.2 mV without (noise 8.0 mV)",
+        "--pack better.toml",
+        "C\\,\\dot T",  # for those who do not see the drawing
+        "rejected: misses what was held out",
+        "rejected: more effects than are needed",
+    ):
+        assert said in text
+
+
+def test_errors_are_listed_by_recording_and_together_where_there_are_several() -> None:
+    def rows(of: Finding) -> list[tuple[str, ...]]:
+        section = next(s for s in mismatch_page(report(of)).sections if s.id == "fit")
+        return [tuple(cell.text for cell in row) for row in section.tables[0].rows]
+
+    of = finding()
+    assert [r[:2] for r in rows(of)] == [("a.ulg", "fitted"), ("b.ulg", "held out")]
+    own = of.courses[1]
+    for row, values_V in zip((2, 3), (own.residual_V, own.after_V), strict=True):
+        expected = 1e3 * np.sqrt(np.mean(values_V[own.judged] ** 2))
+        assert float(rows(of)[1][row]) == pytest.approx(expected, abs=0.05)
+    more = replace(of, courses=(*of.courses, course("c.ulg", ahead=True)))
+    assert ("all", "held out", "35.2", "8.2", "8.0") in rows(more)
+
+
+def test_the_size_of_an_effect_is_that_of_samples_that_count() -> None:
+    rise_mV = 60.0 * TIME_S[TIME_S > 5.0] / TIME_S[-1]
+    assert 1e3 * sizes_V(finding())["self_heating"] == pytest.approx(np.sqrt(np.mean(rise_mV**2)))
+
+
+def test_a_pair_names_both_and_what_looks_the_same_and_the_test_that_tells() -> None:
+    said = headline(pair())
+    assert said.startswith("Two things were left out")
+    assert "5.0 mΩ more in series" in said
+    assert "cannot tell it from films on the electrodes" in said
+    text = words(html(pair()))
+    assert "What would tell more: full throttle for 60 s" in text
+    assert text.count("<h2") == len(mismatch_page(report(pair())).sections)
+
+
+def test_what_is_not_settled_is_never_stated() -> None:
+    text = words(html(finding(Verdict.AMBIGUOUS)))
+    assert text.count("the pack heats itself") == text.count("if it is this, the pack heats itself")
+    assert "likeliest, not settled" in text
+
+
+def test_an_unknown_one_is_described_and_never_named() -> None:
+    text = words(html(finding(Verdict.UNKNOWN)))
+    assert "A description, not a cause" in text
+    assert "-12.3" in text
+    assert "Before and after" not in text
+    assert "taken" not in {outcome(c, finding(Verdict.UNKNOWN)) for c in finding().candidates}
+
+
+def test_a_start_within_its_tolerance_is_not_told_as_noise() -> None:
+    none = finding(Verdict.NONE)
+    assert "what differs (8.2 mV) is noise (8.0 mV)" in headline(none)
+    assert "Error, starts within their tolerance" in words(html(none))
+
+
+def test_where_nothing_is_found_no_effect_has_a_section() -> None:
+    ids = [s.id for s in mismatch_page(report(finding(Verdict.NONE))).sections]
+    assert ids == ["summary", "where", "candidates", "provenance"]
+    none = finding(Verdict.NONE)
+    assert outcome(none.candidates[-1], none) == "taken"
+
+
+@pytest.mark.parametrize("h", HYPOTHESES, ids=lambda h: h.id)
+def test_every_hypothesis_has_words_and_an_equation_that_can_be_set(h: Hypothesis) -> None:
+    assert h.id in NAMES
+    assert h.id in CLAUSES
+    changed = [
+        Value(name=p.name, value=p.value + p.prior_std, std=1e-9, unit=p.unit) for p in h.parameters
+    ]
+    assert not re.search(r"nan|_|  ", clause(h.id, changed))
+    kind: type[AnyEffect] = h.kind
+    assert equation(kind.equation, "e") is not None
+
+
+def test_an_effect_that_has_no_words_yet_is_named_by_its_id() -> None:
+    assert clause("gas_generation", []) == "the twin has no gas generation, the recordings do"
+    assert equation(r"\nosuchthing{x}", "e") is None
+
+
+def test_of_an_effect_with_several_parts_those_that_are_told_are_said() -> None:
+    parts = [
+        Value(name="capacity_factor", value=0.9, std=0.01, unit="1"),
+        Value(name="soc_offset", value=-0.001, std=0.01, unit="1"),
+        Value(name="resistance_ohm", value=0.0, std=1e-3, unit="Ohm"),
+    ]
+    assert clause("weak_cell", parts) == "one cell is not like the others: it holds 10 % less"
+
+
+@pytest.mark.parametrize(
+    ("effect", "number_", "value", "said"),
+    [
+        ("current_gain", "gain", 1.25, "the current sensor reads 20 % too low"),  # I = g I_rec
+        ("current_gain", "gain", 0.8, "the current sensor reads 25 % too high"),
+        ("voltage_gain", "gain", 1.02, "the voltage sensor reads 2.0 % too high"),  # V_rec = g V
+        ("current_offset", "offset_A", 0.5, "reads 0.50 A too low"),  # I = I_rec + offset
+        ("clock_shift", "shift_s", 0.2, "recorded 0.20 s late"),  # I(t) = I_rec(t + shift)
+        ("initial_soc", "offset", -0.03, "started 3.0 % emptier"),
+        ("lithium_inventory_loss", "lost", 0.08, "8.0 % less lithium"),
+        ("cold_pack", "start_offset_K", -8.0, "started 8.0 K colder than the twin was told"),
+    ],
+)
+def test_signs_are_those_of_the_equations(
+    effect: str, number_: str, value: float, said: str
+) -> None:
+    assert said in clause(effect, [Value(name=number_, value=value, std=1e-9, unit="")])
+
+
+def test_words() -> None:
+    assert listed(["a", "b", "c"]) == "a, b and c"
+    assert listed(["a", "b"], "or") == "a or b"
+    assert listed([]) == ""
+    assert [percent(p) for p in (0.9999, 0.5, 1e-6)] == ["> 99 %", "50 %", "< 1 %"]
+    assert number("heat_transfer_W_m2_K") == "heat transfer"
+    assert name("no_such") == "no such"
+
+
+def test_motions_become_stretches_and_the_unknown_stays_white() -> None:
+    made = stretches(course("a", ahead=False))
+    assert [s.motion for s in made] == [Motion.HOVER, Motion.VERTICAL]
+    assert (made[0].start_s, made[1].stop_s) == (0.0, pytest.approx(110.0))
+    assert made[0].stop_s == made[1].start_s
+
+
+def test_a_drawn_line_is_the_mean_over_a_second_of_what_counts() -> None:
+    own = course("a", ahead=False)
+    smooth = mean_mV(own, own.after_V)
+    assert np.all(np.isnan(smooth) == ~own.judged)
+    assert np.nanstd(smooth) == pytest.approx(1e3 * NOISE_V / np.sqrt(11), rel=0.2)
+    straight = mean_mV(own, np.full(TIME_S.size, 0.05))
+    assert np.nanmax(np.abs(straight - 50.0)) < 1e-9
+
+
+def test_of_many_recordings_the_worst_are_drawn_and_the_rest_is_said() -> None:
+    many = [course(f"{k}", ahead=False) for k in range(MOST_DRAWN + 2)]
+    quiet = replace(many[0], residual_V=many[0].after_V)
+    courses = (quiet, *many[1:])
+    assert quiet not in chosen(courses)
+    assert "2 more recordings are not drawn" in words(html(replace(finding(), courses=courses)))
+
+
+def test_names_and_texts_of_others_stay_text() -> None:
+    of = finding()
+    courses = tuple(replace(c, name=EVIL) for c in of.courses)
+    spans = tuple(replace(s, flight=EVIL) for s in of.spans)
+    page = html(replace(of, courses=courses, spans=spans, remarks=(EVIL,), advice=EVIL))
+    assert "<script" not in page
+    assert "&lt;script&gt;" in page
+
+
+def test_a_revealed_channel_is_shown_before_and_after() -> None:
+    measured = 298.0 + TIME_S / 20
+    warm = Revealed(
+        flight="b.ulg", channel=Hidden.TEMPERATURE, time_s=TIME_S, measured=measured,
+        before=np.full(TIME_S.size, 298.0), after=measured + 0.25,
+    )  # fmt: skip
+    rms_K = np.sqrt(np.mean((TIME_S / 20) ** 2))
+    base = report(finding())
+    text = words(render(mismatch_page(replace(base, revealed=(warm,), concealed=("temperature",)))))
+    assert f"{rms_K:.2f} K RMS before, 0.25 K after" in text
+    assert "temperature</td>" in text  # kept from the twin
+    alone = replace(base, revealed=(replace(warm, after=None),))
+    assert "there is no twin to adopt" in words(render(mismatch_page(alone)))
+
+
+def test_the_same_finding_gives_the_same_bytes() -> None:
+    assert html(pair()) == html(pair())

@@ -1,0 +1,186 @@
+"""The engine on recordings of which the truth is known: the twin's own, short, few hypotheses.
+
+Its cases by another simulator are in `tests/mismatch_cases`; how it does there is measured by
+`python -m benchmarks.mismatch`.
+"""
+
+import json
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from tests.twin.mismatch.recordings import NOISE_V, flown, pack
+from twin.effects import CurrentGain, InitialSoc, SelfHeating, SeriesResistance, VoltageGain
+from twin.mismatch import Flight, MismatchError, Verdict, adopted_text, explain, finding_json
+from twin.mismatch.hypothesis import HYPOTHESES
+from twin.mismatch.locate import change_points
+from twin.mismatch.problem import Problem
+from twin.mismatch.split import split
+from twin.pack_file import effects_of, parse_pack_file
+from twin.sensitivity import sensitivity
+from twin.simulate import changeable
+
+FEW = [
+    h
+    for h in HYPOTHESES
+    if h.id in ("series_resistance", "current_gain", "voltage_gain", "self_heating", "initial_soc")
+]
+PACK = """[pack]
+name = "p"
+cell = "lipo_2200"
+series = 4
+[twin]
+physics = []
+"""
+
+
+def test_nothing_is_named_where_the_twin_made_the_recordings() -> None:
+    finding = explain([flown(seed=1)], [flown(seed=2)], hypotheses=FEW)
+    assert finding.verdict is Verdict.NONE
+    assert not finding.effects
+    assert finding.errors.noise == pytest.approx(NOISE_V, rel=0.1)
+    assert finding.errors.held_out_after < 1.1 * finding.errors.noise
+
+
+@pytest.mark.parametrize(
+    ("truth", "number", "value"),
+    [
+        (SeriesResistance(resistance_ohm=0.003), "resistance_ohm", 0.003),
+        (CurrentGain(gain=1.06), "gain", 1.06),
+        (VoltageGain(gain=0.997), "gain", 0.997),
+        (SelfHeating(heat_transfer_W_m2_K=15.0), "heat_transfer_W_m2_K", 15.0),
+        (InitialSoc(offset=-0.03), "offset", -0.03),
+    ],
+    ids=lambda v: v.id if not isinstance(v, str | float) else "",
+)
+def test_what_was_left_out_is_named_and_sized(
+    truth: SeriesResistance, number: str, value: float
+) -> None:
+    finding = explain([flown([truth], seed=1)], [flown([truth], seed=2)], hypotheses=FEW)
+    assert finding.verdict is Verdict.NAMED
+    (effect,) = finding.effects
+    assert effect.id == truth.id
+    assert effect.probability > 0.9
+    (found,) = (v for v in effect.parameters if v.name == number)
+    # noise of the current makes the whole resistance, ten times this one, look 0.7 % smaller
+    assert found.value == pytest.approx(value, rel=0.1, abs=4 * found.std)
+    errors = finding.errors
+    assert errors.held_out_after < 1.15 * errors.noise < errors.held_out_before
+
+
+def test_two_at_once_are_named_together() -> None:
+    truth = (SelfHeating(heat_transfer_W_m2_K=15.0), SeriesResistance(resistance_ohm=0.005))
+    finding = explain([flown(truth, seed=1)], [flown(truth, seed=2)], hypotheses=FEW)
+    assert finding.verdict is Verdict.NAMED
+    assert {e.id for e in finding.effects} == {"self_heating", "series_resistance"}
+
+
+def test_what_no_hypothesis_is_stays_unknown_and_is_described() -> None:
+    """A voltage that sinks with the square root of time is none of FEW."""
+
+    def foreign(seed: int) -> Flight:
+        own = flown(seed=seed)
+        return replace(own, voltage_V=own.voltage_V - 0.03 * np.sqrt(own.time_s))
+
+    finding = explain([foreign(1)], [foreign(2)], hypotheses=FEW)
+    assert finding.verdict is Verdict.UNKNOWN
+    assert not finding.effects
+    assert finding.terms
+    assert finding.terms[0].explained > 0.9
+
+
+def test_the_order_of_hypotheses_changes_nothing() -> None:
+    truth = [CurrentGain(gain=1.06)]
+    first, second = (
+        finding_json(explain([flown(truth, seed=1)], hypotheses=order))
+        for order in (FEW, FEW[::-1])
+    )
+    assert json.dumps(first) == json.dumps(second)
+
+
+def test_a_clock_that_starts_elsewhere_changes_nothing() -> None:
+    own = flown([CurrentGain(gain=1.06)], seed=1)
+    later = replace(own, load=replace(own.load, time_s=own.load.time_s + 1000.0))
+    first, second = (explain([f], hypotheses=FEW) for f in (own, later))
+    assert first.effects[0].parameters[0].value == pytest.approx(
+        second.effects[0].parameters[0].value, rel=1e-6
+    )
+
+
+def test_one_recording_is_judged_on_parts_that_were_not_fitted() -> None:
+    data = split([flown(seed=1)], [])
+    ((fitted, _),), ((judged, _),) = data.fitted, data.held_out
+    assert not np.any(fitted.judged & judged.judged)
+    edge_s = [fitted.time_s[m].min() for m in (fitted.judged, judged.judged)]
+    assert edge_s[1] - fitted.time_s[fitted.judged & (fitted.time_s < edge_s[1])].max() >= 5.0
+
+
+def test_a_single_recording_is_located_whole_and_before_is_the_twin_as_configured() -> None:
+    """Of a start that is off the errors are those of the stated start, in both parts."""
+    own = flown([InitialSoc(offset=-0.03)], seed=1)
+    finding = explain([own], hypotheses=[h for h in FEW if h.id == "current_gain"])
+    (course,) = finding.courses
+    located = np.zeros(own.time_s.size, dtype=bool)
+    for s in finding.spans:
+        located |= (own.time_s >= s.start_s) & (own.time_s <= s.stop_s)
+    assert np.mean(located[course.judged]) > 0.95
+    ahead = course.residual_V[course.judged_ahead]
+    assert finding.errors.held_out_before == pytest.approx(np.sqrt(np.mean(ahead**2)))
+
+
+@pytest.mark.parametrize(("seconds", "said"), [(3.0, "samples"), (10.0, "s of flight")])
+def test_too_little_is_refused(seconds: float, said: str) -> None:
+    with pytest.raises(MismatchError, match=said):
+        explain([flown(seed=1, seconds=seconds)], hypotheses=FEW)
+
+
+def test_no_voltage_is_refused() -> None:
+    own = flown(seed=1)
+    with pytest.raises(MismatchError, match="0 samples with current and voltage"):
+        explain([replace(own, voltage_V=np.full(own.time_s.size, np.nan))], hypotheses=FEW)
+
+
+def test_gaps_and_a_slow_logger_still_give_a_verdict() -> None:
+    own = flown([CurrentGain(gain=1.1)], seed=1)
+    voltage = own.voltage_V.copy()
+    voltage[300:500] = np.nan
+    voltage[np.arange(voltage.size) % 10 > 0] = np.nan  # 1 Hz
+    finding = explain([replace(own, voltage_V=voltage)], hypotheses=FEW)
+    assert finding.verdict in (Verdict.NAMED, Verdict.AMBIGUOUS)
+    assert "current_gain" in {e for n in finding.effects for e in (n.id, *n.equivalent)}
+
+
+def test_what_is_adopted_is_in_the_next_twin() -> None:
+    finding = explain([flown([CurrentGain(gain=1.06)], seed=1)], hypotheses=FEW)
+    text = adopted_text(finding, parse_pack_file(PACK, name="p"), cell="lipo_2200")
+    (effect,) = effects_of(parse_pack_file(text, name="adopted"))
+    assert isinstance(effect, CurrentGain)
+    assert effect.gain == finding.effects[0].parameters[0].value
+
+
+def test_nothing_is_adopted_where_nothing_was_named() -> None:
+    finding = explain([flown(seed=1)], hypotheses=FEW)
+    with pytest.raises(MismatchError, match="nothing to adopt"):
+        adopted_text(finding, parse_pack_file(PACK, name="p"), cell="lipo_2200")
+
+
+def test_slopes_agree_with_the_exact_ones() -> None:
+    """Of a resistance: differences of the engine against `sensitivity`, per cell of four."""
+    own = flown(seed=1, seconds=20.0)
+    data = split([own], [own])
+    h = next(h for h in HYPOTHESES if h.id == "series_resistance")
+    problem = Problem(data.fitted, [h])
+    slopes = problem.evidence(np.zeros(2)).slopes[:, 0]
+    exact = sensitivity(pack(), own.load, ["series_resistance_ohm"]).voltage[:, 0] / 4
+    std = h.parameters[0].prior_std
+    white = data.fitted[0][1](-std * exact[:, None])[:, 0]
+    assert slopes == pytest.approx(white, rel=1e-3, abs=1e-6 * np.abs(white).max())
+    assert "series_resistance_ohm" in changeable(pack(), own.load)
+
+
+def test_change_points_of_levels() -> None:
+    means = np.concatenate([np.zeros(30), np.full(20, 1.0), np.zeros(10)])
+    noisy = means + 0.1 * np.random.default_rng(0).standard_normal(60)
+    assert change_points(noisy, np.full(60, 100.0)) == [0, 30, 50, 60]
+    assert change_points(np.zeros(60), np.full(60, 100.0)) == [0, 60]

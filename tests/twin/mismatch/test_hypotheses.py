@@ -1,0 +1,167 @@
+"""Effects as hypotheses: absent they change nothing, present they do what they say."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from tests.twin.mismatch.recordings import pack
+from twin.bpx_file import open_circuit_V
+from twin.effects import (
+    ActiveMaterialLossNegative,
+    AnyEffect,
+    ClockShift,
+    ColdPack,
+    CurrentGain,
+    CurrentOffset,
+    ElectrolyteTransport,
+    InitialSoc,
+    Leakage,
+    LithiumInventoryLoss,
+    Plating,
+    ReactionKinetics,
+    SensorLag,
+    SolidDiffusionPositive,
+    VoltageGain,
+)
+from twin.effects.sensor_lag import slope
+from twin.load import Between, Load
+from twin.mismatch.hypothesis import HYPOTHESES, Hypothesis
+from twin.simulate import changeable, simulate
+from twin.windows import Windows
+
+CONTRACT = """self_heating cold_pack electrolyte_transport solid_diffusion_negative
+solid_diffusion_positive reaction_kinetics ocv_hysteresis plating_stripping lithium_inventory_loss
+active_material_loss_negative active_material_loss_positive film_resistance series_resistance
+weak_cell initial_soc leakage current_gain current_offset sensor_lag clock_shift voltage_gain"""
+SWITCHED = ("self_heating", "ocv_hysteresis", "plating_stripping")  # act with the numbers they have
+
+
+def gusty(seconds: float = 30.0) -> Load:
+    random = np.random.default_rng(1)
+    t = np.arange(0.0, seconds, 0.1)
+    return Load(time_s=t, current_A=16.0 + 4.0 * random.standard_normal(t.size))
+
+
+def test_every_effect_of_the_contract_is_a_hypothesis() -> None:
+    assert {h.id for h in HYPOTHESES} == set(CONTRACT.split())
+
+
+@pytest.mark.parametrize("h", [h for h in HYPOTHESES if h.id not in SWITCHED], ids=lambda h: h.id)
+def test_at_the_centre_of_its_prior_an_effect_is_absent(h: Hypothesis) -> None:
+    configured, load = pack(), gusty(5.0)
+    changed = h.within(configured, h.centres(configured))
+    before, after = (simulate(p, load).voltage_V for p in (configured, changed))
+    assert after == pytest.approx(before, abs=1e-9)
+
+
+@pytest.mark.parametrize("h", HYPOTHESES, ids=lambda h: h.id)
+def test_starts_and_centres_are_within_bounds(h: Hypothesis) -> None:
+    configured = replace(pack(), initial_soc=0.9)
+    limits = h.bounds(configured)
+    for point in (h.centres(configured), *h.starts):
+        assert all(low <= value <= high for value, (low, high) in zip(point, limits, strict=True))
+
+
+def test_an_effect_that_a_pack_has_is_changed_not_added() -> None:
+    h = next(h for h in HYPOTHESES if h.id == "current_gain")
+    twice = h.within(h.within(pack(), [1.1]), [1.2])
+    assert twice.effects == (CurrentGain(gain=1.2),)
+
+
+@pytest.mark.parametrize(
+    ("effect", "name", "factor"),
+    [
+        (ElectrolyteTransport(diffusivity_factor=0.5), "electrolyte.diffusivity_factor", 0.5),
+        (ElectrolyteTransport(conductivity_factor=0.5), "electrolyte.conductivity_factor", 0.5),
+        (SolidDiffusionPositive(diffusivity_factor=0.2), "positive.diffusivity_factor", 0.2),
+        (ReactionKinetics(negative_factor=3.0), "negative.rate_constant_mol_m2_s", 3.0),
+        (ActiveMaterialLossNegative(lost=0.1), "negative.specific_area_m2_m3", 0.9),
+    ],
+)
+def test_an_effect_of_the_cell_changes_its_number(
+    effect: AnyEffect, name: str, factor: float
+) -> None:
+    before = pack().numbers()
+    after = replace(pack(), effects=(effect,)).numbers()
+    assert after[name] == pytest.approx(factor * before[name])
+
+
+def test_a_cell_that_lost_lithium_is_full_and_empty_at_the_same_voltages() -> None:
+    configured = pack()
+    numbers = replace(configured, effects=(LithiumInventoryLoss(lost=0.1),)).numbers()
+    before, after = (Windows.of(n, configured.cell) for n in (configured.numbers(), numbers))
+    assert after.ends_V == pytest.approx(before.ends_V, abs=1e-9)
+    for own in (after.full, after.empty):
+        held = own[0] * before.holds[0] + own[1] * before.holds[1]
+        whole = before.full[0] * before.holds[0] + before.full[1] * before.holds[1]
+        assert held == pytest.approx(0.9 * whole, rel=1e-9)
+
+
+def test_a_cell_that_lost_material_is_full_as_before_and_empty_at_the_same_voltage() -> None:
+    configured = pack()
+    numbers = replace(configured, effects=(ActiveMaterialLossNegative(lost=0.1),)).numbers()
+    before, after = (Windows.of(n, configured.cell) for n in (configured.numbers(), numbers))
+    assert after.full == pytest.approx(before.full)
+    assert after.ends_V == pytest.approx(before.ends_V, abs=1e-9)
+    assert after.holds[0] == pytest.approx(0.9 * before.holds[0])
+
+
+def test_no_cell_has_more_lithium_than_it_can_hold() -> None:
+    with pytest.raises(ValueError, match="of its lithium rests at"):
+        Windows.of(pack().numbers(), pack().cell).with_lithium(3.0)
+
+
+def test_where_a_recording_starts() -> None:
+    configured, load = replace(pack(), initial_soc=0.8), gusty(1.0)
+    rest = replace(load, current_A=np.zeros(load.time_s.size))
+    colder = replace(configured, effects=(ColdPack(start_offset_K=-10, ambient_offset_K=-5),))
+    assert simulate(colder, load).temperature_K[0] == pytest.approx(288.15)
+    assert changeable(colder, load)["ambient_K"] == pytest.approx(293.15)
+    emptier = replace(configured, effects=(InitialSoc(offset=-0.1),))
+    expected_V = 4 * open_circuit_V(configured.cell, 0.7)
+    assert simulate(emptier, rest).voltage_V[0] == pytest.approx(expected_V, abs=1e-6)
+
+
+def test_instruments() -> None:
+    """Each against the load or voltage it stands for."""
+    load = gusty()
+    t, i = load.time_s, load.current_A
+    for effect, current_A in (
+        (CurrentGain(gain=1.1), 1.1 * i),
+        (CurrentOffset(offset_A=-2.0), i - 2.0),
+        (Leakage(current_A=0.5), i + 0.5),
+    ):
+        faulty = simulate(replace(pack(), effects=(effect,)), load)
+        true = simulate(pack(), replace(load, current_A=current_A))
+        assert faulty.voltage_V == pytest.approx(true.voltage_V, abs=1e-9)
+        assert faulty.current_A == pytest.approx(i)  # what was recorded stays what was recorded
+    shifted = ClockShift(shift_s=0.3).flowed_A(t, i)
+    assert shifted[:-3] == pytest.approx(i[3:])
+    doubled = simulate(replace(pack(), effects=(VoltageGain(gain=1.01),)), load)
+    assert doubled.voltage_V == pytest.approx(1.01 * simulate(pack(), load).voltage_V)
+
+
+def test_a_lagging_sensor_is_undone() -> None:
+    """Of a current whose lagged form is known exactly: a sine."""
+    t = np.arange(0.0, 20.0, 0.1)
+    lag_s, omega = 0.4, 1.0
+    true = np.sin(omega * t)
+    size, late = 1 / np.hypot(1, omega * lag_s), np.arctan(omega * lag_s)
+    recorded = size * np.sin(omega * t - late)
+    undone = SensorLag(lag_s=lag_s).flowed_A(t, recorded)
+    assert undone[2:-2] == pytest.approx(true[2:-2], abs=5e-3)  # lag omega**3 period**2
+
+
+def test_slope_is_exact_for_a_parabola_at_uneven_times() -> None:
+    t = np.cumsum(np.random.default_rng(0).uniform(0.05, 0.2, 50))
+    assert slope(t, 1 + 2 * t - 3 * t**2) == pytest.approx(2 - 6 * t)
+    assert slope(t[:1], t[:1]) == 0.0
+
+
+def test_lithium_that_a_cold_charge_plated_is_counted_and_strips() -> None:
+    plated = replace(pack(), effects=(Plating(initial_mol_m3=200.0),))
+    load = Load(time_s=np.arange(0.0, 60.0), current_A=np.full(60, 10.0), between=Between.HOLD)
+    with_it, without = (simulate(p, load).require() for p in (plated, pack()))
+    assert abs(with_it.audit.relative_error) < 1e-13
+    assert np.all(with_it.voltage_V >= without.voltage_V)

@@ -1,0 +1,75 @@
+"""Noise of a recording, and residuals freed of it."""
+
+import numpy as np
+import pytest
+
+from twin.mismatch.noise import Noise, correlation_time, step_V, white_V, whitener
+
+N = 20_000
+
+
+@pytest.fixture
+def random() -> np.random.Generator:
+    return np.random.default_rng(3)
+
+
+def test_white_noise_is_found_under_what_is_smooth_and_what_follows_the_current(
+    random: np.random.Generator,
+) -> None:
+    current = 30.0 + random.normal(0.0, 5.0, N)
+    smooth = 0.2 * np.sin(np.arange(N) / 300)
+    residual = 8e-3 * random.standard_normal(N) + smooth - 0.02 * current
+    assert white_V(residual, current, 0.1) == pytest.approx(8e-3, rel=0.05)
+
+
+def test_noise_that_was_interpolated_counts_as_dense_as_it_is(random: np.random.Generator) -> None:
+    """Four samples from one: their mean is worth one, not four, so white noise is twice as much."""
+    seen = np.repeat(8e-3 * random.standard_normal(N // 4), 4)
+    assert white_V(seen, np.zeros(N), 0.1) == pytest.approx(16e-3, rel=0.1)
+
+
+def test_steps_of_a_rounded_voltage_are_seen(random: np.random.Generator) -> None:
+    voltage = 15.0 + random.normal(0.0, 0.3, N)
+    assert step_V(np.round(voltage / 0.025) * 0.025) == pytest.approx(0.025)
+    assert step_V(voltage) == 0.0
+
+
+def test_whitened_residuals_of_the_expected_noise_are_independent_of_unit_variance(
+    random: np.random.Generator,
+) -> None:
+    """The slow part is drawn by its exact recursion."""
+    noise = Noise(white_V=8e-3, slow_V=5e-3, slow_s=20.0)
+    keep = np.exp(-0.1 / noise.slow_s)
+    slow = np.zeros(N)
+    slow[0] = noise.slow_V * random.standard_normal()
+    for k in range(1, N):
+        slow[k] = (
+            keep * slow[k - 1] + noise.slow_V * np.sqrt(1 - keep**2) * random.standard_normal()
+        )
+    residual = slow + noise.white_V * random.standard_normal(N)
+    time_s = 0.1 * np.arange(N)
+    white = whitener(time_s, np.ones(N, dtype=bool), noise)(residual[:, None])[:, 0]
+    assert np.var(white) == pytest.approx(1.0, rel=0.03)
+    assert correlation_time(white) < 1.3
+    assert correlation_time(residual) > 20  # and it was not before
+
+
+def test_a_gap_begins_anew(random: np.random.Generator) -> None:
+    noise = Noise(white_V=1.0, slow_V=1.0, slow_s=20.0)
+    time_s = 0.1 * np.arange(200)
+    judged = np.ones(200, dtype=bool)
+    judged[100:150] = False
+    values = random.standard_normal(200)
+    both = whitener(time_s, judged, noise)(values[:, None])[:, 0]
+    late = whitener(time_s[150:], judged[150:], noise)(values[150:, None])[:, 0]
+    assert both.size == 150
+    assert both[100:] == pytest.approx(late)
+
+
+def test_correlation_time_of_a_first_order_process(random: np.random.Generator) -> None:
+    """(1 + a) / (1 - a) exactly."""
+    a, x = 0.8, np.zeros(200_000)
+    steps = random.standard_normal(x.size)
+    for k in range(1, x.size):
+        x[k] = a * x[k - 1] + steps[k]
+    assert correlation_time(x) == pytest.approx((1 + a) / (1 - a), rel=0.1)

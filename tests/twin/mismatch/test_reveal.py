@@ -1,0 +1,114 @@
+"""Channels kept from the twin: read from a CSV, compared with what it says of them."""
+
+import io
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from tests.twin.mismatch.recordings import flown, pack
+from twin.effects import SelfHeating, WeakCell
+from twin.mismatch import Hidden, HiddenTable, MismatchError, read_hidden_csv, reveal, reveal_json
+from twin.simulate import simulate
+
+
+def read(text: str) -> HiddenTable:
+    return read_hidden_csv(io.StringIO(text), name="x.csv")
+
+
+def test_columns_are_told_by_quantity_and_unit() -> None:
+    table = read(
+        "Test Time / s,Ambient Temperature / degC,Temperature / degC,Cell 1 / V,cell_2_mv,note\n"
+        "0,99,25,4.1,4000,a\n2,99,26.5,4.0,,b\n"
+    )
+    assert table.time_s.tolist() == [0.0, 2.0]
+    assert table.temperature_K is not None
+    assert table.temperature_K.tolist() == [298.15, 299.65]
+    assert table.cell_voltage_V[0].tolist() == [4.1, 4.0]
+    assert table.cell_voltage_V[1, 0] == 4.0
+    assert np.isnan(table.cell_voltage_V[1, 1])
+
+
+def test_units_at_the_end_of_long_headers_and_times_that_stand_twice() -> None:
+    """As laboratories and simulators write them."""
+    table = read("test_time_second,cell_temp_C,temperature_t2_celsius\n0,20,1\n0,30,1\n1,21,1\n")
+    assert table.time_s.tolist() == [0.0, 1.0]
+    assert table.temperature_K is not None
+    assert table.temperature_K.tolist() == [293.15, 294.15]
+
+
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [
+        ("", "expected a column for time"),
+        ("time_s,voltage_V\n0,1\n1,1\n", "one for temperature"),
+        ("temperature_c\n1\n", "expected a column for time"),
+        ("time_s,temperature_c\n0,1\n1,x\n", "line 3: 'x' is no number"),
+        ("time_s,temperature_c\n1,1\n0,1\n", "time increasing"),
+        ("time_s,temperature_c\n1,1\n1,1\n", "two lines or more"),
+        ("time_s,temperature_c\n1,1\n", "two lines or more"),
+    ],
+)
+def test_a_bad_file_is_refused_with_the_place(text: str, said: str) -> None:
+    with pytest.raises(MismatchError, match=said):
+        read(text)
+
+
+def hidden(*, series: int = 4) -> tuple[HiddenTable, SelfHeating, WeakCell]:
+    """What a pack with a weak cell that warms itself would have shown, as its twin has it."""
+    effects = SelfHeating(heat_transfer_W_m2_K=15.0), WeakCell(cell=3, resistance_ohm=5e-3)
+    answer = simulate(replace(pack(), effects=effects), flown().load)
+    cells = answer.cell_voltage_V[[2, 0, 1, 3][:series]]  # another order
+    at = slice(None, None, 10)
+    table = HiddenTable(
+        name="x.csv", time_s=answer.time_s[at], temperature_K=answer.temperature_K[at],
+        cell_voltage_V=cells[:, at],
+    )  # fmt: skip
+    return table, *effects
+
+
+def test_the_twin_that_is_the_truth_predicts_what_was_hidden() -> None:
+    """The place of the weak cell is not known to the twin, and not needed."""
+    table, warm, weak = hidden()
+    adopted = replace(pack(), effects=(warm, replace(weak, cell=0)))
+    found = reveal(table, flight="f", load=flown().load, configured=pack(), adopted=adopted)
+    assert [r.channel for r in found] == list(Hidden)
+    for r in found:
+        assert r.after is not None
+        assert r.factor * r.rms(r.after) < 1e-6
+    assert np.array_equal(found[1].measured, table.cell_voltage_V[0])  # the one with 5 mΩ more
+    written = {c["channel"]: c for c in reveal_json(found)["channels"]}
+    assert table.temperature_K is not None
+    rise_K = table.temperature_K - pack().initial_K  # which an isothermal twin does not have
+    assert written["temperature"]["rmse_before"] == pytest.approx(np.sqrt(np.mean(rise_K**2)))
+    assert written["weakest_cell_voltage"]["rmse_before"] > 5.0  # mV: the drop over 5 mΩ
+    assert written["weakest_cell_voltage"]["unit"] == "mV"
+
+
+def test_a_start_that_is_off_by_a_constant_does_not_spoil_the_change() -> None:
+    table, *effects = hidden()
+    assert table.temperature_K is not None
+    off = replace(table, temperature_K=table.temperature_K + 3.0, cell_voltage_V=np.zeros((0, 121)))
+    twin = replace(pack(), effects=tuple(effects))
+    (found,) = reveal(off, flight="f", load=flown().load, configured=twin, adopted=None)
+    assert found.rms(found.before) == pytest.approx(3.0)
+    assert found.change_rms(found.before) < 1e-9
+    assert found.after is None
+    assert reveal_json([found])["channels"][0]["rmse_after"] is None
+
+
+def test_of_some_cells_only_the_weakest_is_compared() -> None:
+    table, _, _ = hidden(series=2)
+    found = reveal(table, flight="f", load=flown().load, configured=pack(), adopted=None)
+    assert [r.channel for r in found] == [Hidden.TEMPERATURE, Hidden.WEAKEST_CELL]
+
+
+def test_what_cannot_be_of_this_recording_is_refused() -> None:
+    table, _, _ = hidden()
+    late = replace(table, time_s=table.time_s + 1e4)
+    with pytest.raises(MismatchError, match="clock of the recording"):
+        reveal(late, flight="f", load=flown().load, configured=pack(), adopted=None)
+    with pytest.raises(MismatchError, match="4 columns of cells, the pack has 3"):
+        reveal(
+            table, flight="f", load=flown().load, configured=replace(pack(), series=3), adopted=None
+        )

@@ -1,0 +1,31 @@
+"""The current that flowed is not what was recorded: a constant."""
+
+from dataclasses import dataclass
+from typing import ClassVar
+
+import numpy as np
+import numpy.typing as npt
+
+from twin.effects.effect import Parameter
+
+FloatArray = npt.NDArray[np.float64]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class CurrentOffset:
+    """I = what was recorded + offset: the sensor's zero has moved."""
+
+    offset_A: float = 0.0
+
+    id: ClassVar[str] = "current_offset"
+    parameters: ClassVar[tuple[Parameter, ...]] = (
+        Parameter(name="offset_A", unit="A", value=0.0, lower=-20.0, upper=20.0, prior_std=1.0),
+    )
+    balance: ClassVar[str] = "current"
+    equation: ClassVar[str] = r"I = I_\mathrm{rec} + \Delta"
+    source: ClassVar[str] = "an instrument, not the battery"
+    signature: ClassVar[str] = "the charge drawn is off in proportion to time, not to the load"
+
+    def flowed_A(self, time_s: FloatArray, recorded_A: FloatArray) -> FloatArray:  # noqa: ARG002
+        """(n,) the current in the pack."""
+        return recorded_A + self.offset_A

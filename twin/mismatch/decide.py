@@ -1,0 +1,106 @@
+"""From models and their probabilities to a verdict."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from twin.mismatch.choose import Model
+from twin.mismatch.finding import Candidate, NamedEffect, Value, Verdict
+from twin.mismatch.fit import Fitted
+from twin.mismatch.hypothesis import Hypothesis
+
+ALIKE = 3.0
+"""Logarithm of the odds within which two models are one: Kass, Raftery, J. Am. Stat. Assoc. 90, 773
+(1995): below 20 to 1 is not strong."""
+NOT_WHITE = 4.0
+"""Excess of what is left, above which it is not just noise: see `benchmarks/mismatch.py`."""
+NEAR_FLOOR = 1.25  # of the noise: held out, this is as good as it gets
+MOST_ALIKE = 3  # members of a list of equivalents that still is a name
+LIKELY = 0.5
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Decision:
+    """A verdict, the model it rests on, and the effects in it."""
+
+    verdict: Verdict
+    model: Model
+    effects: tuple[NamedEffect, ...]
+
+
+def decide(models: Sequence[Model], scale: float, noise_V: float) -> Decision:
+    """Of all that was looked at, the most probable first.
+
+    Args:
+        models: with the one that leaves nothing out among them.
+        scale: by which variances exceed what was expected.
+        noise_V: white noise of the held-out recordings.
+    """
+    null = next(m for m in models if not m.ids)
+    best = models[0]
+    if not best.ids or null.probability > LIKELY:
+        verdict = Verdict.NONE if said(null.fitted, noise_V) else Verdict.UNKNOWN
+        return Decision(verdict=verdict, model=null, effects=())
+    if not said(best.fitted, noise_V):
+        return Decision(verdict=Verdict.UNKNOWN, model=null, effects=())
+    effects = tuple(_named(h, best, models, scale) for h in best.fitted.problem.hypotheses)
+    clear = all(
+        e.probability > LIKELY and len(e.equivalent) <= MOST_ALIKE for e in effects
+    )  # fmt: skip
+    verdict = Verdict.NAMED if clear else Verdict.AMBIGUOUS
+    return Decision(verdict=verdict, model=best, effects=effects)
+
+
+def said(fitted: Fitted, noise_V: float) -> bool:
+    """Nothing is left but noise, on what was not fitted too."""
+    return fitted.excess < NOT_WHITE or (
+        fitted.held_out_rms_V() < NEAR_FLOOR * noise_V and fitted.excess < NOT_WHITE**2
+    )
+
+
+def candidates(models: Sequence[Model]) -> tuple[Candidate, ...]:
+    """All of them, for a table."""
+    top = models[0].log_evidence
+    return tuple(
+        Candidate(
+            ids=m.ids,
+            held_out_rms_V=m.fitted.held_out_rms_V(),
+            delta_bic=2.0 * (top - m.log_evidence),
+            probability=m.probability,
+        )
+        for m in models
+    )
+
+
+def _named(h: Hypothesis, best: Model, models: Sequence[Model], scale: float) -> NamedEffect:
+    fitted = best.fitted
+    alike = _alike(h.id, best, models)
+    std = np.sqrt(np.diag(fitted.covariance(scale)))
+    values = fitted.problem.values(fitted.q)[h.id]
+    errors = fitted.problem.stds(fitted.q, std)[h.id]
+    return NamedEffect(
+        id=h.id,
+        pack_id=h.kind.id,
+        probability=sum(m.probability for m in models if {h.id, *alike} & set(m.ids)),
+        equivalent=alike,
+        parameters=tuple(
+            Value(name=p.name, value=values[p.name], std=errors[p.name], unit=p.unit)
+            for p in h.parameters
+        ),
+        equation=h.kind.equation,
+        source=h.kind.source,
+        signature=h.kind.signature,
+    )
+
+
+def _alike(effect: str, best: Model, models: Sequence[Model]) -> tuple[str, ...]:
+    """Effects that may stand in the place of `effect`, with as good a model, the best first."""
+    rest = set(best.ids) - {effect}
+    out: list[str] = []
+    for m in models:
+        other = set(m.ids) - rest
+        near = best.log_evidence - m.log_evidence < ALIKE
+        if near and rest < set(m.ids) and len(other) == 1 and effect not in other:
+            out += other
+    return tuple(out)

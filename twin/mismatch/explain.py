@@ -1,0 +1,139 @@
+"""`explain`: recordings and a twin -> `Finding`."""
+
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from twin.mismatch.advice import advise
+from twin.mismatch.choose import Model, models, scale_of
+from twin.mismatch.decide import ALIKE, Decision, candidates, decide
+from twin.mismatch.finding import Course, Errors, Finding, Span, Verdict
+from twin.mismatch.fit import Data, Fitted
+from twin.mismatch.flight import Flight, FloatArray
+from twin.mismatch.hypothesis import HYPOTHESES, Hypothesis
+from twin.mismatch.locate import Answer, drivers, shared, spans, terms
+from twin.mismatch.noise import Whitener
+from twin.mismatch.parts import parts
+from twin.mismatch.split import split
+from twin.simulate import simulate
+
+SHOWN_DRIVERS = 5
+MOST_COMPARED = 3  # candidates between which a test is looked for
+Judged = tuple[FloatArray, Answer]
+
+
+def explain(
+    fitted: Sequence[Flight], held_out: Sequence[Flight] = (), *,
+    hypotheses: Sequence[Hypothesis] = HYPOTHESES, slow_V: float | None = None,
+    progress: Callable[[tuple[str, ...]], None] = lambda _: None,
+) -> Finding:  # fmt: skip
+    """Where twin and recordings differ, what was left out, and how much better it then fits.
+
+    Args:
+        fitted: recordings of one pack, each with the twin as configured.
+        held_out: others of it, on which all is judged; see `split` if there are none.
+        hypotheses: what may be named.
+        slow_V: the twin's own error, see `split`.
+        progress: told the ids of each model before it is fitted.
+
+    Raises:
+        MismatchError: too little to judge.
+    """
+    data = split(fitted, held_out, slow_V=slow_V)
+    found = models(data, hypotheses, progress=progress)
+    scale = scale_of(m.fitted for m in found)
+    noise_V = float(np.sqrt(np.mean([w.noise.white_V**2 for _, w in data.held_out])))
+    null = next(m for m in found if not m.ids)
+    decision = decide(found, scale, noise_V)
+    best = decision.model.fitted
+    start = np.zeros(null.fitted.problem.size)
+    answers = _answers(null.fitted)
+    unknown = decision.verdict is Verdict.UNKNOWN
+    return Finding(
+        verdict=decision.verdict,
+        effects=decision.effects,
+        spans=_located(data),
+        drivers=drivers(*answers)[:SHOWN_DRIVERS],
+        terms=terms(*answers) if unknown else (),
+        errors=Errors(
+            noise=noise_V,
+            before=null.fitted.problem.rms_V(start),
+            after=best.rms_V(),
+            held_out_before=null.fitted.judge.rms_V(np.zeros(null.fitted.judge.size)),
+            held_out_after=best.held_out_rms_V(),
+        ),
+        candidates=candidates(found),
+        advice=_advice(decision, found, noise_V),
+        courses=_courses(data, best),
+    )
+
+
+def _located(data: Data) -> tuple[Span, ...]:
+    """Of the twin as configured, in every recording once."""
+    whole: dict[str, tuple[Flight, Whitener]] = {}
+    for flight, whiten in (*data.fitted, *data.held_out):
+        if flight.name in whole:  # one recording, of which parts are fitted and parts held out
+            flight = replace(flight, judged=flight.judged | whole[flight.name][0].judged)
+        whole[flight.name] = flight, whiten
+    found = [
+        s
+        for flight, whiten in whole.values()
+        for s in spans(flight, _residual_V(flight), whiten.noise.white_V)
+    ]
+    return shared(found)
+
+
+def _answers(null: Fitted) -> tuple[list[Judged], list[Judged]]:
+    """Residuals of the twin as configured where they count, with its answers."""
+    both: list[list[Judged]] = []
+    for problem in (null.problem, null.judge):
+        own: list[Judged] = []
+        for k, flight in enumerate(problem.flights):
+            counted = np.full(flight.time_s.size, np.nan)
+            at = problem.judged(k)
+            counted[at] = _residual_V(flight)[at]
+            own.append((counted, (flight.load, simulate(flight.pack, flight.load))))
+        both.append(own)
+    return both[0], both[1]
+
+
+def _residual_V(flight: Flight) -> FloatArray:
+    """(n,) recorded minus simulated by the twin as configured; NaN where there is none."""
+    simulated_V = simulate(flight.pack, flight.load).voltage_V
+    out = np.full(flight.time_s.size, np.nan)
+    out[: simulated_V.size] = flight.voltage_V[: simulated_V.size] - simulated_V
+    return out
+
+
+def _advice(decision: Decision, found: Sequence[Model], noise_V: float) -> str:
+    """For effects that look alike, or several that remain."""
+    best = decision.model
+    rivals = [m.fitted for m in found if best.log_evidence - m.log_evidence < ALIKE]
+    return advise(rivals[:MOST_COMPARED], noise_V) if best.ids else ""
+
+
+def _courses(data: Data, best: Fitted) -> tuple[Course, ...]:
+    """Every recording once."""
+    ahead = {f.name for f, _ in data.held_out}
+    out: dict[str, Course] = {}
+    for problem, q, own in (
+        (best.problem, best.q, data.fitted),
+        (best.judge, best.ahead_q, data.held_out),
+    ):
+        for k, flight in enumerate(problem.flights):
+            counted = np.zeros(flight.time_s.size, dtype=bool)
+            counted[problem.judged(k)] = True
+            before = out.get(flight.name)
+            out[flight.name] = Course(
+                name=flight.name,
+                held_out=flight.name in ahead,
+                time_s=flight.time_s,
+                residual_V=_residual_V(flight),
+                after_V=problem.residual_V(q, k),
+                motion=flight.motion,
+                judged=counted if before is None else counted | before.judged,
+                judged_ahead=counted if problem is best.judge else np.zeros_like(counted),
+                parts=parts(own, problem, q, k),
+            )
+    return tuple(out.values())

@@ -1,0 +1,161 @@
+"""A hypothesis at its best, and how much the recordings speak for it.
+
+Evidence is the probability of the recordings, numbers of the hypothesis integrated out (Laplace:
+the posterior is taken as normal around its peak): MacKay, Information Theory, Inference, and
+Learning Algorithms (2003), chapter 28. It is that of the fitted recordings times that of the
+held-out ones given the fit: numbers that only fit are paid for, numbers that predict are not.
+"""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from types import MappingProxyType
+
+import numpy as np
+import numpy.typing as npt
+
+from twin.calibrate.polish import polish
+from twin.mismatch.flight import Flight
+from twin.mismatch.hypothesis import Hypothesis
+from twin.mismatch.noise import Whitener, correlation_time
+from twin.mismatch.problem import Evidence, Problem
+
+FloatArray = npt.NDArray[np.float64]
+
+MOST_STEPS = 25
+NOTHING: Mapping[str, Mapping[str, float]] = MappingProxyType({})
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Data:
+    """What is fitted and what is held out: each flight with its whitener.
+
+    A flight may be in both, with other samples judged in each.
+    """
+
+    fitted: tuple[tuple[Flight, Whitener], ...]
+    held_out: tuple[tuple[Flight, Whitener], ...]
+
+    def problems(self, hypotheses: Sequence[Hypothesis]) -> tuple[Problem, Problem]:
+        """Of the fitted and of the held-out recordings."""
+        return Problem(self.fitted, hypotheses), Problem(self.held_out, hypotheses)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Fitted:
+    """Hypotheses at their best values.
+
+    Attributes:
+        problem: of the fitted recordings.
+        judge: of the held-out ones.
+        q: (k,) coordinates in `problem`.
+        there: residuals and slopes of the fitted recordings at q.
+        ahead: of the held-out ones, where starts are as configured.
+    """
+
+    problem: Problem
+    judge: Problem
+    q: FloatArray
+    there: Evidence
+    ahead: Evidence
+
+    @property
+    def ids(self) -> tuple[str, ...]:
+        """Of the hypotheses, sorted: what is in does not depend on the order."""
+        return tuple(sorted(h.id for h in self.problem.hypotheses))
+
+    @property
+    def excess(self) -> float:
+        """Mean square of whitened residuals times their correlation time; 1 if all is said.
+
+        Of the fitted or the held-out recordings, whichever is more; the starts of those that were
+        held out are taken at their best within their tolerance.
+        """
+        r, own = self.ahead.residuals, self.ahead.slopes[:, self._shared :]
+        inner = np.eye(own.shape[1]) + own.T @ own
+        started = r - own @ np.linalg.solve(inner, own.T @ r)
+        return max(excess_of(self.there.residuals), excess_of(started))
+
+    @property
+    def _shared(self) -> int:
+        """Coordinates that fitted and held-out recordings have in common, the first ones."""
+        return self.q.size - len(self.problem.flights)
+
+    def log_evidence(self, scale: float) -> float:
+        """Of all recordings, variances being `scale` times what was expected."""
+        return self._log_fitted(scale) + self._log_ahead(scale)
+
+    def _log_fitted(self, scale: float) -> float:
+        r, j = self.there.residuals, self.there.slopes
+        information = np.eye(self.q.size) + j.T @ j / scale
+        size = float(r @ r) / scale + float(self.q @ self.q)
+        return -0.5 * (size + float(np.linalg.slogdet(information)[1]))
+
+    def _log_ahead(self, scale: float) -> float:
+        """Of what was held out, by the posterior of the numbers; its own starts by their prior."""
+        shared = self._shared
+        r, j = self.ahead.residuals, self.ahead.slopes
+        before = np.eye(j.shape[1])
+        before[:shared, :shared] = np.linalg.inv(self.covariance(scale)[:shared, :shared])
+        after = before + j.T @ j / scale
+        toward = j.T @ r / scale
+        size = float(r @ r) / scale - float(toward @ np.linalg.solve(after, toward))
+        dets = [float(np.linalg.slogdet(m)[1]) for m in (after, before)]
+        return -0.5 * (size + dets[0] - dets[1])
+
+    def covariance(self, scale: float) -> FloatArray:
+        """(k, k) of the coordinates, by the fitted recordings."""
+        j = self.there.slopes
+        return np.asarray(np.linalg.inv(np.eye(self.q.size) + j.T @ j / scale))
+
+    def rms_V(self) -> float:
+        """Recorded minus simulated, judged samples of the fitted recordings."""
+        return self.problem.rms_V(self.q)
+
+    def held_out_rms_V(self) -> float:
+        """The same of the held-out ones."""
+        return self.judge.rms_V(self.ahead_q)
+
+    @property
+    def ahead_q(self) -> FloatArray:
+        """Coordinates in `judge`: the same numbers; starts that were not fitted as configured."""
+        return _carried(self.q, self.problem, self.judge)
+
+
+def fit(
+    data: Data, hypotheses: Sequence[Hypothesis], known: Mapping[str, Mapping[str, float]] = NOTHING
+) -> Fitted:
+    """The best of the fits from all starts.
+
+    `known` are numbers of hypotheses in smaller models: they are starts too, and then only the best
+    of all starts is followed.
+    """
+    problem, judge = data.problems(hypotheses)
+    starts = problem.starts()
+    if known:
+        starts += problem.starts_from(known)
+        starts = [min(starts, key=problem.cost)]
+    best_q, best_cost = np.zeros(problem.size), np.inf
+    for start in starts:
+        for step in polish(problem, start, most_steps=MOST_STEPS):
+            if step.cost < best_cost:
+                best_q, best_cost = step.q, step.cost
+    return Fitted(
+        problem=problem,
+        judge=judge,
+        q=best_q,
+        there=problem.evidence(best_q),
+        ahead=judge.evidence(_carried(best_q, problem, judge)),
+    )
+
+
+def excess_of(residuals: FloatArray) -> float:
+    """Variance of the mean of whitened residuals over that of independent ones."""
+    if residuals.size == 0:
+        return 1.0
+    return float(np.mean(residuals**2)) * correlation_time(residuals)
+
+
+def _carried(q: FloatArray, of: Problem, to: Problem) -> FloatArray:
+    shared = q.size - len(of.flights)
+    starts = dict(zip((f.name for f in of.flights), q[shared:].tolist(), strict=True))
+    return np.append(q[:shared], [starts.get(f.name, 0.0) for f in to.flights])

@@ -1,0 +1,49 @@
+"""A recording of a pack beside the twin that is meant to answer it."""
+
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from twin.load import Load
+from twin.pack import Pack
+
+FloatArray = npt.NDArray[np.float64]
+BoolArray = npt.NDArray[np.bool_]
+
+
+class MismatchError(ValueError):
+    """The recordings cannot be judged; the text says which, why and what would do."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Flight:
+    """One recording; MismatchError if its arrays do not fit.
+
+    Attributes:
+        name: for results.
+        pack: the twin as configured, with how it starts.
+        load: the recorded current of the pack.
+        voltage_V: (n,) recorded at the times of the load; NaN where not measured.
+        judged: (n,) which samples count; a voltage must have been measured there.
+        motion: (n,) what the vehicle did, or "" where that is not known.
+    """
+
+    name: str
+    pack: Pack
+    load: Load
+    voltage_V: FloatArray
+    judged: BoolArray
+    motion: npt.NDArray[np.str_]
+
+    def __post_init__(self) -> None:
+        for name in ("voltage_V", "judged", "motion"):
+            shape = getattr(self, name).shape
+            if shape != self.load.time_s.shape:
+                raise MismatchError(f"{self.name}: {name} {shape}, load {self.load.time_s.shape}")
+        object.__setattr__(self, "judged", self.judged & np.isfinite(self.voltage_V))
+
+    @property
+    def time_s(self) -> FloatArray:
+        """(n,) of the samples."""
+        return self.load.time_s

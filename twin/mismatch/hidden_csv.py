@@ -1,0 +1,102 @@
+"""Channels that were kept from the twin, from a CSV: temperature, voltages of cells."""
+
+import csv
+import re
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import TextIO
+
+import numpy as np
+
+from twin.calibrate.table import HEADER, LONG_UNITS, QUANTITIES
+from twin.mismatch.flight import FloatArray, MismatchError
+
+CELL_VOLTAGE = re.compile(r"cell")
+NOT_OF_THE_PACK = re.compile(r"ambient|air|chamber|oven")
+Column = tuple[int, float, float]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class HiddenTable:
+    """The columns of a file, SI; NaN where a cell of the table is empty.
+
+    Attributes:
+        name: of the file.
+        time_s: (n,) on the clock of the recording, increasing.
+        temperature_K: (n,) of the pack, or None.
+        cell_voltage_V: (cells, n) in the order of the columns; no rows if there are none.
+    """
+
+    name: str
+    time_s: FloatArray
+    temperature_K: FloatArray | None
+    cell_voltage_V: FloatArray
+
+
+def read_hidden_csv(stream: TextIO, *, name: str) -> HiddenTable:
+    """Columns by what their headers say of quantity and unit.
+
+    Time ("time_s"), temperature ("temperature_c", "Temperature / degC"; not that of the air), and
+    any number of cells ("cell_1_v", "Cell Voltage 2 / mV"). Others are passed over; of lines with
+    one time the first counts.
+
+    Raises:
+        MismatchError: no time, neither channel, or a cell that is no number; with the line.
+    """
+    rows = csv.reader(stream)
+    header = next(rows, [])
+    places = [_place(k, title) for k, title in enumerate(header)]
+    time, warm = _first(places, "time_s"), _first(places, "temperature_K")
+    cells = [column for kind, column in filter(None, places) if kind == "cell_V"]
+    if time is None or not (warm or cells):
+        raise MismatchError(
+            f"{name}: expected a column for time, such as 'time_s', and one for temperature "
+            f"('temperature_c') or for cells ('cell_1_v'); the first line has {header}"
+        )
+    lines = [(rows.line_num, row) for row in rows if row]
+    stamps = _values(lines, time, name)
+    lines = [
+        line for line, new in zip(lines, np.diff(stamps, prepend=-np.inf) != 0, strict=True) if new
+    ]
+    time_s = _values(lines, time, name)
+    if time_s.size < 2 or not np.all(np.diff(time_s) > 0):
+        raise MismatchError(f"{name}: expected two lines or more, time increasing in each")
+    return HiddenTable(
+        name=name,
+        time_s=time_s,
+        temperature_K=None if warm is None else _values(lines, warm, name),
+        cell_voltage_V=np.array([_values(lines, c, name) for c in cells]).reshape(-1, time_s.size),
+    )
+
+
+def _first(places: Sequence[tuple[str, Column] | None], kind: str) -> Column | None:
+    return next((column for found, column in filter(None, places) if found == kind), None)
+
+
+def _place(k: int, title: str) -> tuple[str, Column] | None:
+    """What a column holds, its place, factor and offset; None if nothing of use."""
+    parts = HEADER.match(title.strip().lstrip("\ufeff").casefold())
+    if parts is None:
+        return None
+    what, unit = parts["what"], LONG_UNITS.get(parts["unit"], parts["unit"])
+    kinds = {
+        "time_s": QUANTITIES["time_s"],
+        "temperature_K": QUANTITIES["temperature_K"],
+        "cell_V": (CELL_VOLTAGE.pattern, QUANTITIES["voltage_V"][1]),
+    }
+    for kind, (words, units) in kinds.items():
+        if unit in units and re.search(words, what) and not NOT_OF_THE_PACK.search(what):
+            return kind, (k, *units[unit])
+    return None
+
+
+def _values(lines: Sequence[tuple[int, Sequence[str]]], column: Column, name: str) -> FloatArray:
+    place, factor, offset = column
+    out = np.full(len(lines), np.nan)
+    for k, (line, row) in enumerate(lines):
+        text = row[place].strip() if place < len(row) else ""
+        try:
+            out[k] = float(text) if text else np.nan
+        except ValueError as e:
+            raise MismatchError(f"{name}, line {line}: {text!r} is no number") from e
+    return out * factor + offset

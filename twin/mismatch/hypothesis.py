@@ -1,0 +1,124 @@
+"""What may have been left out: each effect as a hypothesis with the numbers that are fitted."""
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from math import exp, log
+
+from twin.effects import (
+    MEASURED,
+    AnyEffect,
+    InitialSoc,
+    OcvHysteresis,
+    Plating,
+    SelfHeating,
+    WeakCell,
+)
+from twin.effects.effect import Parameter
+from twin.pack import Pack
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Hypothesis:
+    """An effect and those of its numbers that a recording may tell.
+
+    Attributes:
+        id: as results name it.
+        kind: the effect.
+        fitted: names of its numbers.
+        starts: values of `fitted` where a fit starts; several where it is not convex.
+    """
+
+    id: str
+    kind: type[AnyEffect]
+    fitted: tuple[str, ...]
+    starts: tuple[tuple[float, ...], ...]
+
+    @property
+    def parameters(self) -> tuple[Parameter, ...]:
+        """Those fitted."""
+        known = {p.name: p for p in self.kind.parameters}
+        return tuple(known[name] for name in self.fitted)
+
+    def present(self, pack: Pack) -> AnyEffect | None:
+        """The effect as the pack has it."""
+        return next((e for e in pack.effects if isinstance(e, self.kind)), None)
+
+    def centres(self, pack: Pack) -> tuple[float, ...]:
+        """Values the prior is around: those of the pack, else those that are nothing or usual."""
+        own = self.present(pack)
+        return tuple(p.value if own is None else getattr(own, p.name) for p in self.parameters)
+
+    def within(self, pack: Pack, values: Sequence[float]) -> Pack:
+        """`pack` with the effect in it at these values of `fitted`."""
+        given = dict(zip(self.fitted, values, strict=True))
+        own = self.present(pack)
+        if own is None:
+            make: Callable[..., AnyEffect] = self.kind
+            return replace(pack, effects=(*pack.effects, make(**given)))
+        changed: Callable[..., AnyEffect] = replace
+        new = changed(own, **given)
+        return replace(pack, effects=tuple(new if e is own else e for e in pack.effects))
+
+    def bounds(self, pack: Pack) -> tuple[tuple[float, float], ...]:
+        """(least, most) of each of `fitted`.
+
+        No cell starts emptier than empty or above full, and none is weak by conducting better.
+        """
+        limits = {p.name: (p.lower, p.upper) for p in self.parameters}
+        for name in ("offset", "soc_offset"):
+            if name in limits and self.kind in (InitialSoc, WeakCell):
+                limits[name] = (-pack.initial_soc, 1.0 - pack.initial_soc)
+        if self.kind is WeakCell and "resistance_ohm" in limits:
+            limits["resistance_ohm"] = (0.0, limits["resistance_ohm"][1])
+        return tuple(limits[name] for name in self.fitted)
+
+
+def value_of(p: Parameter, centre: float, coordinate: float) -> float:
+    """At so many standard deviations of the prior from its centre."""
+    if p.logarithmic:
+        return centre * exp(p.prior_std * coordinate)
+    return centre + p.prior_std * coordinate
+
+
+def coordinate_of(p: Parameter, centre: float, value: float) -> float:
+    """Inverse of `value_of`."""
+    if p.logarithmic:
+        return log(value / centre) / p.prior_std
+    return (value - centre) / p.prior_std
+
+
+SEVERAL: Mapping[str, tuple[tuple[str, ...], tuple[tuple[float, ...], ...]]] = {
+    "weak_cell": (
+        ("capacity_factor", "soc_offset", "resistance_ohm"),
+        ((0.95, 0.0, 0.001), (1.0, -0.05, 0.001), (1.0, 0.0, 0.01)),
+    ),
+    "reaction_kinetics": (("negative_factor", "positive_factor"), ((1.0, 1.0),)),
+}
+"""Fitted numbers and starts of effects for which they are not just all, from the prior's centre."""
+
+
+def _plain(kind: type[AnyEffect]) -> Hypothesis:
+    names = tuple(p.name for p in kind.parameters)
+    fitted, starts = SEVERAL.get(kind.id, (names, (tuple(p.value for p in kind.parameters),)))
+    return Hypothesis(id=kind.id, kind=kind, fitted=fitted, starts=starts)
+
+
+HYPOTHESES: tuple[Hypothesis, ...] = (
+    Hypothesis(
+        id="self_heating", kind=SelfHeating, fitted=("heat_transfer_W_m2_K",), starts=((12.0,),)
+    ),
+    Hypothesis(
+        id="ocv_hysteresis",
+        kind=OcvHysteresis,
+        fitted=("negative_amplitude_V", "positive_amplitude_V", "negative_decay", "positive_decay"),
+        starts=((0.005, 0.005, 20.0, 20.0),),
+    ),
+    Hypothesis(
+        id="plating_stripping",
+        kind=Plating,
+        fitted=("initial_mol_m3", "rate_constant_m_s"),
+        starts=((100.0, 1e-9),),
+    ),
+    *(_plain(kind) for kind in MEASURED.values()),
+)
+"""All that may be named."""

@@ -1,0 +1,152 @@
+"""The noise of a recording, and residuals freed of all that noise and the twin's own error explain.
+
+What differs by chance: white noise of the voltage (with its steps, and the current's noise through
+the resistance), estimated from the recording. What differs without meaning: the twin is never
+exact; its own error wanders slowly. Both together are an ARMA(1, 1) process; its inverse filter
+turns residuals into numbers that are independent and have variance 1 if nothing else is in them.
+
+Source of the filter: the stationary Kalman filter of an Ornstein-Uhlenbeck process seen in white
+noise (Anderson, Moore, Optimal Filtering, 1979, chapter 4).
+"""
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from math import sqrt
+
+import numpy as np
+import numpy.typing as npt
+from scipy.signal import lfilter
+
+FloatArray = npt.NDArray[np.float64]
+BoolArray = npt.NDArray[np.bool_]
+
+THIRD = np.sqrt(20.0)  # of third differences over white noise: 1 + 9 + 9 + 1
+NORMAL = 0.6745  # median of |x| of a normal distribution
+LEAST_V = 1e-4
+LONGEST_S = 1.0  # of samples that are taken together: slower is physics
+GAP_STEPS = 5.0  # of the usual step: what follows is a piece of its own
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Noise:
+    """Of the residuals of one recording.
+
+    Attributes:
+        white_V: standard deviation from sample to sample.
+        slow_V: of the twin's own error.
+        slow_s: time over which that forgets.
+    """
+
+    white_V: float
+    slow_V: float
+    slow_s: float
+
+
+def white_V(residual_V: FloatArray, current_A: FloatArray, period_s: float) -> float:
+    """Standard deviation of white noise as dense as that of residuals (n,) [V].
+
+    From third differences: what is smooth cancels; what jumps with the current, as far as it is in
+    proportion to it and to its neighbours, is taken out first. Of samples and of means over 2, 4
+    and 8 of them (up to LONGEST_S): noise that was smoothed or interpolated is little from sample
+    to sample and shows in the means. The largest counts.
+    """
+    sizes = [size for size in (1, 2, 4, 8) if size == 1 or size * period_s <= LONGEST_S]
+    spreads = [
+        sqrt(size) * _spread_V(_means(residual_V, size), _means(current_A, size)) for size in sizes
+    ]
+    return max(spreads)
+
+
+def _means(values: FloatArray, size: int) -> FloatArray:
+    """(n // size,) of so many samples each."""
+    whole = values.size // size * size
+    return np.asarray(values[:whole].reshape(-1, size).mean(axis=1), dtype=float)
+
+
+def _spread_V(residual_V: FloatArray, current_A: FloatArray) -> float:
+    """Standard deviation of one value about what is smooth and what follows the current [V]."""
+    third, drive = np.diff(residual_V, n=3), np.diff(current_A, n=3)
+    lagged = np.column_stack([np.roll(drive, k) for k in (-1, 0, 1)])
+    good = np.ones(third.size, dtype=bool)
+    good[:1] = good[-1:] = False
+    if np.count_nonzero(good) < 2 * lagged.shape[1]:
+        return LEAST_V
+    slopes = np.linalg.lstsq(lagged[good], third[good], rcond=None)[0]
+    left = third[good] - lagged[good] @ slopes
+    return float(max(np.median(np.abs(left)) / NORMAL / THIRD, LEAST_V))
+
+
+def step_V(voltage_V: FloatArray) -> float:
+    """The step in which a voltage was recorded, 0 if it has none that can be seen [V]."""
+    levels = np.unique(voltage_V[np.isfinite(voltage_V)])
+    if levels.size < 2 or levels.size > voltage_V.size / 3:
+        return 0.0
+    return float(np.median(np.diff(levels)))
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Whitener:
+    """Filters columns over the judged samples of one recording.
+
+    Attributes:
+        pieces: stretches of samples without a gap, judged ones only.
+        noise: what is expected.
+        period_s: usual time between samples.
+    """
+
+    pieces: tuple[npt.NDArray[np.int64], ...]
+    noise: Noise
+    period_s: float
+
+    def __call__(self, columns: FloatArray) -> FloatArray:
+        """(m, k) whitened, of (n, k): the judged samples, in order."""
+        keep = np.exp(-self.period_s / self.noise.slow_s)
+        predicted = self._predicted_variance(keep)
+        whole = predicted + self.noise.white_V**2
+        gain = predicted / whole
+        top, bottom = [1.0, -keep], [1.0, -keep * (1.0 - gain)]
+        parts = [lfilter(top, bottom, columns[p], axis=0) for p in self.pieces]
+        return np.asarray(
+            np.concatenate([np.zeros((0, columns.shape[1])), *parts]) / np.sqrt(whole)
+        )
+
+    @property
+    def samples(self) -> npt.NDArray[np.int64]:
+        """(m,) which samples of the recording the rows are."""
+        return np.concatenate([np.zeros(0, dtype=np.int64), *self.pieces])
+
+    def _predicted_variance(self, keep: float) -> float:
+        """Of the slow part before a sample is seen: root of its Riccati equation."""
+        white, fresh = self.noise.white_V**2, self.noise.slow_V**2 * (1 - keep**2)
+        half = (white * (1 - keep**2) - fresh) / 2
+        return float(-half + np.sqrt(half**2 + white * fresh))
+
+
+def whitener(time_s: FloatArray, judged: BoolArray, noise: Noise) -> Whitener:
+    """For one recording."""
+    dt = np.diff(time_s[judged])
+    period_s = float(np.median(dt)) if dt.size else 1.0
+    return Whitener(tuple(_pieces(time_s, judged, GAP_STEPS * period_s)), noise, period_s)
+
+
+def _pieces(time_s: FloatArray, judged: BoolArray, gap_s: float) -> Iterator[npt.NDArray[np.int64]]:
+    at = np.flatnonzero(judged)
+    yield from np.split(at, np.flatnonzero(np.diff(time_s[at]) > gap_s) + 1) if at.size else ()
+
+
+def correlation_time(whitened: FloatArray) -> float:
+    """How many samples tell as much as one: 1 + 2 sum of autocorrelations, at least 1.
+
+    The mean is not taken out: what is off all along says the same in every sample. The sum ends at
+    five times itself (Sokal, Monte Carlo methods in statistical mechanics, 1996, section 3).
+    """
+    n = whitened.size
+    if n == 0:
+        return 1.0
+    spectrum = np.fft.rfft(whitened, 2 * n)
+    covariances = np.fft.irfft(np.abs(spectrum) ** 2)[:n]
+    if covariances[0] <= 0:
+        return 1.0
+    sums = 2 * np.cumsum(covariances / covariances[0]) - 1
+    enough = np.arange(n) >= 5 * sums
+    return float(max(1.0, sums[int(np.argmax(enough)) if enough.any() else -1]))

@@ -1,0 +1,230 @@
+"""Recordings, and a twin with some hypotheses in it: whitened residuals and their derivatives.
+
+Coordinates q are standard deviations of the prior from its centre: those of the hypotheses, then
+the start of each recording (its state of charge is never known exactly), so that a wrong start
+cannot pose as physics, nor physics be eaten by more than the start's tolerance.
+"""
+
+from collections.abc import Callable, Mapping, Sequence
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass, replace
+from os import cpu_count
+from typing import TypeVar
+
+import numpy as np
+import numpy.typing as npt
+
+from twin.mismatch.flight import Flight
+from twin.mismatch.hypothesis import Hypothesis, coordinate_of, value_of
+from twin.mismatch.noise import Whitener
+from twin.pack import Pack, PackError
+from twin.simulate import simulate
+
+FloatArray = npt.NDArray[np.float64]
+
+A = TypeVar("A")
+B = TypeVar("B")
+
+START_SOC = 0.002
+"""Tolerance of the state of charge at the start, standard deviation."""
+BEYOND_V = 1.0  # a cell goes on for so long beyond its cut-offs
+DIFFERENCE = 1e-4
+"""Of coordinates, forward. A simulation is smooth in its numbers: one step a sample, Newton to
+rounding; derivatives agree with the exact ones of `sensitivity.py` to 1e-3 (test). Measurement
+faults change the load, for which those have none, and no hypothesis waits for a compiler."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Evidence:
+    """Whitened residuals of some recordings at a point, and their derivative there.
+
+    Attributes:
+        residuals: (m,) unit variance if nothing is left out.
+        slopes: (m, k) their derivative by the coordinates.
+    """
+
+    residuals: FloatArray
+    slopes: FloatArray
+
+
+class Problem:
+    """`hypotheses` in all `flights` at once.
+
+    Attributes:
+        flights: the recordings.
+        hypotheses: what is in the twin beyond what it is configured to have.
+    """
+
+    def __init__(
+        self, data: Sequence[tuple[Flight, Whitener]], hypotheses: Sequence[Hypothesis]
+    ) -> None:
+        self.flights, self.hypotheses = tuple(f for f, _ in data), tuple(hypotheses)
+        self._whiteners = tuple(w for _, w in data)
+        packs = [beyond_cut_offs(f.pack) for f in self.flights]
+        self._packs, pack = tuple(packs), packs[0]
+        self._terms = [
+            (p, centre, limits)
+            for h in hypotheses
+            for p, centre, limits in zip(h.parameters, h.centres(pack), h.bounds(pack), strict=True)
+        ]
+
+    @property
+    def size(self) -> int:
+        """Coordinates."""
+        return len(self._terms) + len(self.flights)
+
+    @property
+    def bounds(self) -> tuple[FloatArray, FloatArray]:
+        """(k,) least and largest coordinates."""
+        ends = [tuple(coordinate_of(p, c, v) for v in limits) for p, c, limits in self._terms]
+        ends += [
+            (-p.initial_soc / START_SOC, (1.0 - p.initial_soc) / START_SOC) for p in self._packs
+        ]
+        low, high = zip(*ends, strict=True)
+        return np.array(low), np.array(high)
+
+    def starts(self) -> list[FloatArray]:
+        """Points a fit may begin at."""
+        return self._points([h.starts for h in self.hypotheses])
+
+    def starts_from(self, known: Mapping[str, Mapping[str, float]]) -> list[FloatArray]:
+        """The same with the `known` numbers of some hypotheses instead of their own starts."""
+        ways = [
+            (tuple(known[h.id][name] for name in h.fitted),) if h.id in known else h.starts
+            for h in self.hypotheses
+        ]
+        return self._points(ways)
+
+    def _points(self, ways: Sequence[tuple[tuple[float, ...], ...]]) -> list[FloatArray]:
+        """Every way of each hypothesis with every way of the others."""
+        points: list[tuple[float, ...]] = [()]
+        for own in ways:
+            points = [(*a, *b) for a in points for b in own]
+        return [
+            np.array(
+                [coordinate_of(p, c, v) for (p, c, _), v in zip(self._terms, point, strict=True)]
+                + [0.0] * len(self.flights)
+            )
+            for point in points
+        ]
+
+    def values(self, q: FloatArray) -> dict[str, dict[str, float]]:
+        """Hypothesis -> number -> value."""
+        given = iter(self._values(q))
+        return {h.id: {name: next(given) for name in h.fitted} for h in self.hypotheses}
+
+    def stds(self, q: FloatArray, of_q: FloatArray) -> dict[str, dict[str, float]]:
+        """The same of standard deviations (k,) of the coordinates."""
+        scale = [
+            p.prior_std * (value_of(p, c, x) if p.logarithmic else 1.0)
+            for (p, c, _), x in zip(self._terms, q.tolist(), strict=False)
+        ]
+        given = iter(s * e for s, e in zip(scale, of_q.tolist(), strict=False))
+        return {h.id: {name: next(given) for name in h.fitted} for h in self.hypotheses}
+
+    def pack(self, q: FloatArray, flight: int) -> Pack:
+        """The twin of one recording; ValueError if no cell has these values."""
+        pack, given = self._packs[flight], iter(self._values(q))
+        for h in self.hypotheses:
+            pack = h.within(pack, [next(given) for _ in h.fitted])
+        start = pack.initial_soc + START_SOC * float(q[len(self._terms) + flight])
+        return replace(pack, initial_soc=min(max(start, 0.0), 1.0))
+
+    def residual_V(self, q: FloatArray, flight: int) -> FloatArray:
+        """(n,) recorded minus simulated; where the twin is empty before, as if it stood there."""
+        own = self.flights[flight]
+        try:
+            pack = self.pack(q, flight)
+            simulated_V = simulate(pack, own.load).voltage_V
+        except (ValueError, PackError):
+            simulated_V = np.zeros(0)
+            pack = self._packs[flight]
+        out = own.voltage_V - pack.series * pack.cell.lower_cut_off_V
+        out[: simulated_V.size] = own.voltage_V[: simulated_V.size] - simulated_V
+        return out
+
+    def judged(self, flight: int) -> npt.NDArray[np.int64]:
+        """(m,) which samples count."""
+        return self._whiteners[flight].samples
+
+    def rms_V(self, q: FloatArray) -> float:
+        """Recorded minus simulated, samples that count."""
+        rows = parallel(lambda k: self.residual_V(q, k)[self.judged(k)], range(len(self.flights)))
+        return float(np.sqrt(np.mean(np.concatenate(rows) ** 2)))
+
+    def whitened(self, q: FloatArray, flight: int) -> FloatArray:
+        """(m,) of one recording."""
+        residual_V = self.residual_V(q, flight)
+        return self._whiteners[flight](residual_V[:, None])[:, 0]
+
+    def evidence(self, q: FloatArray) -> Evidence:
+        """Of all recordings."""
+        high = self.bounds[1]
+        jobs = [
+            (flight, column)
+            for flight in range(len(self.flights))
+            for column in [-1, *self._columns(flight)]
+        ]
+
+        def at(job: tuple[int, int]) -> FloatArray:
+            flight, column = job
+            return self.residual_V(_moved(q, column, high) if column >= 0 else q, flight)
+
+        done = dict(zip(jobs, parallel(at, jobs), strict=True))
+        rows, slopes = [], []
+        for flight, whiten in enumerate(self._whiteners):
+            here = done[flight, -1]
+            own = list(self._columns(flight))
+            steps = np.array([_moved(q, c, high)[c] - q[c] for c in own])
+            changes = np.column_stack([done[flight, c] - here for c in own]) / steps
+            white = whiten(np.column_stack([here, changes]))
+            whole = np.zeros((white.shape[0], q.size))
+            whole[:, own] = white[:, 1:]
+            rows.append(white[:, 0])
+            slopes.append(whole)
+        return Evidence(np.concatenate(rows), np.vstack(slopes))
+
+    def linearised(self, q: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Residuals, those of the prior included, and their derivative."""
+        e = self.evidence(q)
+        return np.concatenate([e.residuals, -q]), np.vstack([e.slopes, -np.eye(q.size)])
+
+    def cost(self, q: FloatArray) -> float:
+        """Half the sum of squares."""
+        parts = parallel(lambda k: self.whitened(q, k), range(len(self.flights)))
+        return 0.5 * float(sum(p @ p for p in parts) + q @ q)
+
+    def _values(self, q: FloatArray) -> list[float]:
+        return [
+            min(max(value_of(p, c, x), limits[0]), limits[1])
+            for (p, c, limits), x in zip(self._terms, q.tolist(), strict=False)
+        ]
+
+    def _columns(self, flight: int) -> list[int]:
+        return [*range(len(self._terms)), len(self._terms) + flight]
+
+
+def beyond_cut_offs(pack: Pack) -> Pack:
+    """Its cells go on a while where they should stop: who is empty too early can be compared."""
+    cell = pack.cell
+    wide = replace(
+        cell,
+        lower_cut_off_V=cell.lower_cut_off_V - BEYOND_V,
+        upper_cut_off_V=cell.upper_cut_off_V + BEYOND_V,
+    )
+    return replace(pack, cell=wide)
+
+
+def parallel(work: Callable[[A], B], items: Sequence[A]) -> list[B]:
+    """As `map`, in as many threads as there are processors: the compiled kernel frees the lock."""
+    if len(items) == 1:
+        return [work(items[0])]
+    with ThreadPoolExecutor(cpu_count() or 1) as pool:
+        return list(pool.map(work, items))
+
+
+def _moved(q: FloatArray, column: int, high: FloatArray) -> FloatArray:
+    """A little along one coordinate, away from its upper bound."""
+    out = q.copy()
+    out[column] += DIFFERENCE if q[column] + DIFFERENCE <= high[column] else -DIFFERENCE
+    return out

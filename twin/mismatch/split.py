@@ -1,0 +1,92 @@
+"""What is fitted and what is judged: whole recordings if there are several, else blocks of one."""
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from twin.mismatch.fit import Data
+from twin.mismatch.flight import BoolArray, Flight, MismatchError
+from twin.mismatch.noise import Noise, step_V, white_V, whitener
+from twin.simulate import simulate
+
+SLOW_V = 3e-4  # a cell: error of the twin against converged solutions, tests/reference
+SLOW_S = 20.0
+BLOCKS = 6  # of a single recording; the even ones are held out
+GAP_S = 5.0  # between blocks, longer than what is remembered in the fast part of a residual
+LEAST_SAMPLES = 50
+LEAST_S = 15.0
+
+
+def split(
+    fitted: Sequence[Flight], held_out: Sequence[Flight], *, slow_V: float | None = None
+) -> Data:
+    """The recordings with what is noise in them.
+
+    Without `held_out` the last of several is held out; of a single one every second block. `slow_V`
+    is the twin's own error of a pack, by tests it was not fitted to; None takes that of its
+    numerics.
+
+    Raises:
+        MismatchError: too little to judge.
+    """
+    if not fitted:
+        raise MismatchError("no recording to explain")
+    for flight in (*fitted, *held_out):
+        check(flight)
+    if not held_out and len(fitted) > 1:
+        fitted, held_out = fitted[:-1], fitted[-1:]
+    if not held_out:
+        own = fitted[0]
+        first, second = _blocks(own)
+        fitted = [replace(own, judged=own.judged & first)]
+        held_out = [replace(own, judged=own.judged & second)]
+    noises = {f.name: noise_of(f, slow_V) for f in (*fitted, *held_out)}
+    parts = [
+        tuple((f, whitener(f.time_s, f.judged, noises[f.name])) for f in part)
+        for part in (fitted, held_out)
+    ]
+    return Data(parts[0], parts[1])
+
+
+def check(flight: Flight) -> None:
+    """MismatchError if there is too little in a recording to judge anything."""
+    count = int(np.count_nonzero(flight.judged))
+    if count < LEAST_SAMPLES:
+        raise MismatchError(
+            f"{flight.name}: {count} samples with current and voltage in flight, "
+            f"expected {LEAST_SAMPLES} or more: give a longer recording"
+        )
+    judged_s = flight.time_s[flight.judged]
+    if judged_s[-1] - judged_s[0] < LEAST_S:
+        raise MismatchError(
+            f"{flight.name}: {judged_s[-1] - judged_s[0]:.0f} s of flight, expected "
+            f"{LEAST_S:.0f} s or more: give a longer recording"
+        )
+
+
+def noise_of(flight: Flight, slow_V: float | None) -> Noise:
+    """What is chance in one recording, by the twin as configured."""
+    simulated_V = simulate(flight.pack, flight.load).voltage_V
+    residual_V = np.full(flight.time_s.size, np.nan)
+    n = simulated_V.size
+    residual_V[:n] = flight.voltage_V[:n] - simulated_V
+    counted = flight.judged & np.isfinite(residual_V)
+    dt = np.diff(flight.time_s[counted])
+    period_s = float(np.median(dt)) if dt.size else 1.0
+    white = white_V(residual_V[counted], flight.load.current_A[counted], period_s)
+    return Noise(
+        white_V=max(white, step_V(flight.voltage_V) / np.sqrt(12.0)),
+        slow_V=SLOW_V * flight.pack.series if slow_V is None else slow_V,
+        slow_s=SLOW_S,
+    )
+
+
+def _blocks(flight: Flight) -> tuple[BoolArray, BoolArray]:
+    """Which samples are fitted and which judged: blocks in turn, GAP_S between them in neither."""
+    t = flight.time_s
+    judged_s = t[flight.judged]
+    start_s, length_s = judged_s[0], (judged_s[-1] - judged_s[0]) / BLOCKS
+    number = np.clip((t - start_s) // length_s, 0, BLOCKS - 1)
+    inside = (t - start_s) - number * length_s >= min(GAP_S, length_s / 4) * (number > 0)
+    return inside & (number % 2 == 0), inside & (number % 2 == 1)
