@@ -160,10 +160,11 @@ def fit(
     for best in _fresh(problem) if start is None else _polished(problem, _from(problem, start)):
         yield best
     assert best is not None
-    problem = best.problem
     if search is None or _explained(best):
         yield from _finished(best)
         return
+    # without what steps and mesh miss at one point: a search that is gone on with is the same one
+    best = _progress(problem, best.stage, best.q, problem.cost(best.q))
     low, high = problem.bounds
     unit = (best.q - low) / (high - low)
     for found in search(problem.costs, unit.size, seed=seed, evaluations=evaluations, start=unit):
