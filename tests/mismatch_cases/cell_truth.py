@@ -18,8 +18,8 @@ FloatArray = npt.NDArray[np.float64]
 
 SIDES = ("Negative", "Positive")
 POINTS: Mapping[str, Mapping[str, int]] = {  # README.md: what is left of the error
-    "lipo_2200": {"x_n": 14, "x_s": 6, "x_p": 14, "r_n": 20, "r_p": 20},
-    "lg_m50": {"x_n": 20, "x_s": 6, "x_p": 20, "r_n": 24, "r_p": 40},
+    "lipo_2200": {"x_n": 12, "x_s": 6, "x_p": 12, "r_n": 40, "r_p": 40},
+    "lg_m50": {"x_n": 20, "x_s": 6, "x_p": 20, "r_n": 40, "r_p": 80},
 }
 TOLERANCE = 1e-5
 HYSTERESIS_DECAY = 25.0  # per stoichiometry

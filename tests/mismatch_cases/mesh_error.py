@@ -18,7 +18,7 @@ from tests.mismatch_cases.effects import LIBRARY
 from tests.mismatch_cases.flights import true_flight
 from tests.mismatch_cases.pack_truth import PackTruth
 
-SPAN_S = 150.0
+SPAN_S = 60.0
 ROWS: Mapping[str, tuple[Configured, str | None, float]] = {
     "lipo": (LIPO[0], None, 0.0),
     "lipo-cold_pack": (LIPO[0], "cold_pack", 8.0),
