@@ -1,0 +1,65 @@
+"""The twin as configured: all that an engine is told of the pack."""
+
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from twin.builtin import load_cell
+from twin.effects import SelfHeating
+from twin.load import Load
+from twin.pack import Pack
+from twin.simulate import simulate
+
+FloatArray = npt.NDArray[np.float64]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Configured:
+    """Numbers of a pack file.
+
+    Attributes:
+        cell: name of a built-in cell.
+        series: cells in series.
+        parallel: strings.
+        start_soc: 0..1.
+        start_K: temperature of the cells at the start.
+        ambient_K: of the air.
+        heat_transfer_W_m2_K: to the air, with self-heating switched on; None: isothermal.
+    """
+
+    cell: str
+    series: int
+    parallel: int
+    start_soc: float
+    start_K: float
+    ambient_K: float
+    heat_transfer_W_m2_K: float | None = None
+
+    @property
+    def physics(self) -> tuple[str, ...]:
+        """Effects switched on."""
+        return () if self.heat_transfer_W_m2_K is None else (SelfHeating.id,)
+
+    @property
+    def full_C(self) -> float:
+        """Nominal charge of the pack."""
+        return self.parallel * load_cell(self.cell).nominal_capacity_C
+
+    def pack(self) -> Pack:
+        """The twin's."""
+        heat = self.heat_transfer_W_m2_K
+        return Pack(
+            cell=load_cell(self.cell),
+            series=self.series,
+            parallel=self.parallel,
+            initial_soc=self.start_soc,
+            initial_K=self.start_K,
+            effects=() if heat is None else (SelfHeating(heat_transfer_W_m2_K=heat),),
+        )
+
+    def voltage_V(self, time_s: FloatArray, current_A: FloatArray) -> FloatArray:
+        """(n,) what the twin makes of a current; NaN beyond where it cannot go on."""
+        load = Load(time_s=time_s, current_A=current_A, ambient_K=self.ambient_K)
+        answer = simulate(self.pack(), load).voltage_V
+        return np.concatenate([answer, np.full(time_s.size - answer.size, np.nan)])

@@ -1,0 +1,73 @@
+"""From what instruments without noise would show to what was recorded."""
+
+from collections.abc import Callable, Mapping
+
+import numpy as np
+import numpy.typing as npt
+
+from tests.mismatch_cases.case import Concealed, Recording
+from tests.mismatch_cases.pack_truth import Flown
+from tests.mismatch_cases.strength import NOISE_V
+
+FloatArray = npt.NDArray[np.float64]
+BoolArray = npt.NDArray[np.bool_]
+
+NOISE_A = 0.08
+STEPS_V = (0.010, 0.025)  # least and most of a quantised voltage
+GAPS = 3
+GAP_S = (4.0, 15.0)
+
+
+def _all(time_s: FloatArray, rng: np.random.Generator) -> BoolArray:
+    del rng
+    return np.ones(time_s.size, dtype=bool)
+
+
+def _gaps(time_s: FloatArray, rng: np.random.Generator) -> BoolArray:
+    kept = np.ones(time_s.size, dtype=bool)
+    for start in rng.uniform(20.0, time_s[-1] - 20.0, size=GAPS):
+        kept &= ~((time_s > start) & (time_s < start + rng.uniform(*GAP_S)))
+    return kept
+
+
+def _every_tenth(time_s: FloatArray, rng: np.random.Generator) -> BoolArray:
+    del rng
+    return np.asarray(np.arange(time_s.size) % 10 == 0)
+
+
+KEPT: Mapping[str, Callable[[FloatArray, np.random.Generator], BoolArray]] = {
+    "plain": _all,
+    "gaps": _gaps,
+    "1hz": _every_tenth,
+    "quantised": _all,
+    "saturated": _all,
+}
+"""Variants of a recording: which samples are kept. `quantised` rounds the voltage, `saturated`
+cuts the current off at three quarters of its highest."""
+
+
+def record(flown: Flown, variant: str, rng: np.random.Generator) -> tuple[Recording, Concealed]:
+    """With noise; every random number from `rng`."""
+    seen = flown.recorded
+    n = seen.time_s.size
+    voltage_V = seen.voltage_V + NOISE_V * rng.standard_normal(n)
+    current_A = seen.current_A + NOISE_A * rng.standard_normal(n)
+    kept = KEPT[variant](seen.time_s, rng)
+    if variant == "quantised":
+        step_V = rng.uniform(*STEPS_V)
+        voltage_V = np.round(voltage_V / step_V) * step_V
+    if variant == "saturated":
+        current_A = np.minimum(current_A, 0.75 * seen.current_A.max())
+    recording = Recording(
+        time_s=seen.time_s[kept],
+        current_A=current_A[kept],
+        voltage_V=voltage_V[kept],
+        motion=flown.flight.motion[kept],
+    )
+    concealed = Concealed(
+        temperature_K=flown.temperature_K[kept],
+        cells_V=flown.cells_V[:, kept],
+        current_A=flown.flight.current_A[kept],
+        clean_V=seen.voltage_V[kept],
+    )
+    return recording, concealed

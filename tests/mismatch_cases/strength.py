@@ -1,0 +1,90 @@
+"""How large an effect must be for the twin to miss the voltage by so much."""
+
+from collections.abc import Callable, Mapping
+from math import exp, isfinite, log
+
+import numpy as np
+
+from tests.mismatch_cases.configured import Configured
+from tests.mismatch_cases.effects import Effect
+from tests.mismatch_cases.flights import TrueFlight
+from tests.mismatch_cases.pack_truth import Flown, PackTruth, fly
+from tests.mismatch_cases.solves import OutOfReachError, Solves
+
+NOISE_V = 0.008  # rms, of the pack's voltage
+STRENGTHS: Mapping[str, float] = {"barely": NOISE_V, "3x": 3 * NOISE_V, "10x": 10 * NOISE_V}
+CLOSE = 0.1  # in the logarithm of the difference
+TRIALS = 8
+LONGEST = log(8.0)  # step
+
+
+def missed_V(told: Configured, flown: Flown) -> float:
+    """Rms of recorded minus the twin's voltage under the recorded current, without noise."""
+    seen = flown.recorded
+    return float(
+        np.sqrt(np.mean((seen.voltage_V - told.voltage_V(seen.time_s, seen.current_A)) ** 2))
+    )
+
+
+def size_for(
+    effect: Effect,
+    flavour: int,
+    told: Configured,
+    flight: TrueFlight,
+    target_V: float,
+    solves: Solves,
+) -> float:
+    """Size of `effect` at which the twin misses this flight by `target_V`.
+
+    OutOfReachError if no physical size does.
+    """
+
+    def missed(size: float) -> float:
+        try:
+            return missed_V(
+                told, fly(effect.make(PackTruth.of(told), size, flavour), flight, solves)
+            )
+        except OutOfReachError:
+            return float("inf")
+
+    size = found(missed, target_V, effect.guess, (effect.least, effect.most))
+    if size is None:
+        raise OutOfReachError(
+            f"{effect.id}: no size from {effect.least} to {effect.most} ({effect.meaning}) gives "
+            f"{1e3 * target_V:.0f} mV on {flight.name}"
+        )
+    return size
+
+
+def found(
+    f: Callable[[float], float], target: float, guess: float, bounds: tuple[float, float]
+) -> float | None:
+    """Where the growing function f is within CLOSE of `target`: secants in logarithms.
+
+    f is about a power law; infinite where a size is too large to be tried. None if not reached.
+    """
+    least, most = (log(b) for b in bounds)
+    seen: list[tuple[float, float]] = []  # log size, log f, that are finite
+    x = min(max(log(guess), least), most)
+    for _ in range(TRIALS):
+        value = f(exp(x))
+        if isfinite(value):
+            y = log(max(value, 1e-9) / target)
+            if abs(y) < CLOSE:
+                return exp(x)
+            seen.append((x, y))
+            if (y < 0 and x == most) or (y > 0 and x == least):
+                return None
+            x = min(max(_next(seen), least), most)
+        else:
+            most = x
+            x = (x + (seen[-1][0] if seen else least)) / 2
+    return None
+
+
+def _next(seen: list[tuple[float, float]]) -> float:
+    """Secant through the last two, at least as steep as a square root, as a cube at most."""
+    (x, y), slope = seen[-1], 1.0
+    if len(seen) > 1 and seen[-2][0] != x:
+        slope = float(np.clip((y - seen[-2][1]) / (x - seen[-2][0]), 0.25, 3.0))
+    return x - float(np.clip(y / slope, -LONGEST, LONGEST))
