@@ -35,6 +35,7 @@ RANGE = {
     "paris_exponent": (2.0, 2.5),
 }
 """What can be, by the end of the name."""
+START = ("initial_soc", "initial_K", "ambient_K", "plating.initial_mol_m3")
 MOST_SOLID = 0.97  # of an electrode's volume, with its pores
 
 
@@ -139,7 +140,7 @@ def _numbers(rng: Random, pack: Pack, load: Load) -> dict[str, float]:
     known = _known(pack)
     given = changeable(pack, load)
     out = {name: _drawn(rng, name, value, known.get(name)) for name, value in given.items()}
-    out |= {name: given[name] for name in ("initial_soc", "initial_K", "ambient_K")}
+    out |= {name: given[name] for name in START if name in given}
     for side in ("negative", "positive"):
         radius, area = (out[f"{side}.{k}"] for k in ("particle_radius_m", "specific_area_m2_m3"))
         room = MOST_SOLID - out[f"{side}.porosity"]

@@ -47,7 +47,7 @@ HARSH = (  # years of ageing within half a minute
     StressEnhancedDiffusion(),
     Sei(solvent_diffusivity_m2_s=2.5e-18),
     SeiOnCracks(),
-    Plating(rate_constant_m_s=1e-6, decay_1_s=1e-3),
+    Plating(rate_constant_m_s=1e-6, decay_1_s=1e-3, initial_mol_m3=10.0),
     Cracking(paris_rate=3.9e-16),
     ActiveMaterialLoss(rate_1_s=1e-2),
     PorosityChange(),
