@@ -54,7 +54,8 @@ NEXT_TO_NOTHING_mol = 1e-10  # of 0.28 mol
 
 @pytest.mark.parametrize(("load", "effects"), CASES)
 def test_ageing_agrees_with_pybamm(load: str, effects: str) -> None:
-    stored = np.load(FOLDER / f"ageing-{load}-{effects}-isothermal.npz")
+    with np.load(FOLDER / f"ageing-{load}-{effects}-isothermal.npz") as file:
+        stored = dict(file)
     pack = Pack(
         cell=load_cell("lg_m50"), initial_soc=float(stored["charge"]), effects=EFFECTS[effects]
     )

@@ -34,7 +34,8 @@ def m50() -> Cell:
 )
 def test_the_plating_margin_agrees_with_pybamm(m50: Cell, load: str, effects: str) -> None:
     """PyBaMM's least phi_s - phi_e less the film's loss, on converged meshes: 0.15 to 0.33 mV."""
-    stored = np.load(FOLDER / f"ageing-{load}-{effects}-isothermal.npz")
+    with np.load(FOLDER / f"ageing-{load}-{effects}-isothermal.npz") as file:
+        stored = dict(file)
     pack = Pack(cell=m50, initial_soc=float(stored["charge"]), effects=EFFECTS[effects])
     current = Load(time_s=stored["time_s"], current_A=stored["current_A"])
     anode_V = simulate(pack, current).require().inside.anode_V
