@@ -60,11 +60,13 @@ def polish(
     *,
     most_steps: int = MOST_STEPS,
     first_damping: float = FIRST_DAMPING,
+    small_gain: float = SMALL_GAIN,
 ) -> Iterator[Polished]:
     """Ever better points, the last one the least squares near `start` (k,).
 
     The first is `start` itself, within bounds; Infeasible if no cell has its values. From a start
-    that is near, a small `first_damping` saves steps.
+    that is near, a small `first_damping` saves steps. It ends with a step that is expected to lower
+    the cost by less than `small_gain` of it.
     """
     low, high = problem.bounds
     q = np.clip(start, low, high)
@@ -78,7 +80,7 @@ def polish(
         trial = np.clip(q + change, low, high)
         trial_cost = problem.cost(trial)
         gain = cost - trial_cost
-        if np.linalg.norm(change) < SMALL_STEP or expected < SMALL_GAIN * (cost + 0.5):
+        if np.linalg.norm(change) < SMALL_STEP or expected < small_gain * (cost + 0.5):
             if gain > 0:
                 yield Polished(trial, trial_cost, step)
             return

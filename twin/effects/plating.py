@@ -26,7 +26,7 @@ class Plating:
     parameters: ClassVar[tuple[Parameter, ...]] = (
         Parameter(
             name="rate_constant_m_s", unit="m/s", value=1e-9, lower=1e-13, upper=1e-7,
-            prior_std=1e-9,
+            prior_std=2.3, logarithmic=True,
         ),
         Parameter(
             name="decay_1_s", unit="1/s", value=1e-6, lower=0.0, upper=1e-3, prior_std=1e-6
@@ -37,7 +37,7 @@ class Plating:
             prior_std=1e-7,
         ),
         Parameter(
-            name="initial_mol_m3", unit="mol/m3", value=0.0, lower=0.0, upper=1e4, prior_std=200.0
+            name="initial_mol_m3", unit="mol/m3", value=0.0, lower=0.0, upper=1e4, prior_std=1000.0
         ),
     )  # fmt: skip
     balance: ClassVar[str] = "lithium from the electrolyte to metal and back, its charge, porosity"

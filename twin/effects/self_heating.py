@@ -26,8 +26,8 @@ class SelfHeating:
     id: ClassVar[str] = "self_heating"
     parameters: ClassVar[tuple[Parameter, ...]] = (
         Parameter(
-            name="heat_transfer_W_m2_K", unit="W/(m2 K)", value=12.0, lower=0.0, upper=200.0,
-            prior_std=10.0,
+            name="heat_transfer_W_m2_K", unit="W/(m2 K)", value=12.0, lower=0.01, upper=1000.0,
+            prior_std=1.0, logarithmic=True,
         ),
     )  # fmt: skip
     balance: ClassVar[str] = "temperature, on which every rate depends"

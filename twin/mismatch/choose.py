@@ -1,19 +1,21 @@
 """Which effects stand out: fits of one to three hypotheses, and what evidence makes of them.
 
-A larger combination is looked at only where the smaller ones leave something unsaid, and only the
-additions that the linearised twin says could say it. Every model looked at has a probability: its
+The linearised twin says what each effect, beside those that a model has already, could take from
+the residuals; what could not make the model more probable by that is not fitted. Every model looked at has a probability: its
 evidence times what was believed before. Residuals of the best that are more than noise (its excess)
 make all evidence worth less by that factor: none of the models is then quite true.
 """
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
+from itertools import combinations
 
 import numpy as np
 import numpy.typing as npt
 
 from twin.mismatch.fit import Data, Fitted, fit
 from twin.mismatch.hypothesis import Hypothesis
+from twin.mismatch.problem import Problem
 
 FloatArray = npt.NDArray[np.float64]
 
@@ -21,11 +23,16 @@ PRIOR = 0.02
 """Of an effect, before anything is seen; of the controls, that nothing is left out, 1 / (1 + 20 x)
 of it remains when twenty of them are looked for."""
 MOST_EFFECTS = 3
-TRIED = 12
+TRIED = 8
 """Larger combinations of each size that are fitted: those that the linearised twin, about each of
 the smaller ones, says leave least."""
-SAID = 2.0
-"""Excess below which nothing is left to say: of 100 residuals of pure noise one exceeds it."""
+BENT = 0.3
+"""Of what a linearised twin says that a model takes away, how much more it may truly take away: the
+twin bends under large effects. What cannot come near the best even so is not fitted."""
+SLACK = 10.0  # squares that may be left beyond those of the best
+ALIKE = 3.0
+"""Logarithm of the odds within which two models are one: Kass, Raftery, J. Am. Stat. Assoc. 90, 773
+(1995): below 20 to 1 is not strong."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -52,9 +59,10 @@ def models(
     data: Data,
     hypotheses: Sequence[Hypothesis],
     *,
+    tried: int = TRIED,
     progress: Callable[[tuple[str, ...]], None] = lambda _: None,
 ) -> tuple[Model, ...]:
-    """All that were looked at, the most probable first."""
+    """All that were fitted, the most probable first; of larger combinations `tried` a size."""
     done: dict[tuple[str, ...], Fitted] = {}
 
     def fitted(chosen: Sequence[Hypothesis], base: Fitted | None = None) -> None:
@@ -62,22 +70,19 @@ def models(
         if ids not in done:
             progress(ids)
             ordered = sorted(chosen, key=lambda h: h.id)
-            known = base.problem.values(base.q) if base else {}
-            done[ids] = fit(data, ordered, known)
+            problem = shapes[ids[0]].problem if len(ids) == 1 else None
+            done[ids] = fit(data, ordered, base.problem.values(base.q) if base else {}, problem)
 
+    shapes: Mapping[str, Shape] = {}
     fitted(())
-    for h in hypotheses:
-        fitted([h])
-    shapes = {h.id: _shapes(h, done[()], data) for h in hypotheses}
-    for size in range(1, MOST_EFFECTS):
-        if min(f.excess for f in done.values()) < SAID:
-            break
-        for base, h in _larger(size, hypotheses, done, shapes):
-            fitted([*base.problem.hypotheses, h], base)
-        best = _judged(done.values())[0].fitted  # is one of its effects not needed?
-        for k in range(len(best.ids)):
-            rest = best.problem.hypotheses
-            fitted([*rest[:k], *rest[k + 1 :]], best)
+    shapes = {h.id: shape_of(h, done[()], data) for h in hypotheses}
+    for size in range(MOST_EFFECTS):
+        for promise in _promises(size, hypotheses, done, shapes)[: tried if size else None]:
+            if _may_win(promise, done.values()):
+                fitted([*promise.base.problem.hypotheses, promise.more], promise.base)
+    best = _judged(done.values())[0].fitted
+    for rest in combinations(best.problem.hypotheses, max(len(best.ids) - 1, 0)):
+        fitted(rest, best)  # is one of its effects not needed?
     return _judged(done.values())
 
 
@@ -99,42 +104,72 @@ def _judged(fits: Iterable[Fitted]) -> tuple[Model, ...]:
     return tuple(sorted(out, key=lambda m: -m.log_evidence))
 
 
-def _larger(
-    size: int, hypotheses: Sequence[Hypothesis], done: Mapping[tuple[str, ...], Fitted],
-    shapes: Mapping[str, FloatArray],
-) -> list[tuple[Fitted, Hypothesis]]:  # fmt: skip
-    """Models of `size` effects, each with one to add, that promise to leave least."""
-    promised: dict[tuple[str, ...], tuple[float, Fitted, Hypothesis]] = {}
-    for base in [f for f in done.values() if len(f.ids) == size]:
-        r, own = base.there.residuals, base.there.slopes
-        for h in hypotheses:
-            ids = tuple(sorted({*base.ids, h.id}))
-            left = float(r @ r) - _explained(r, own, shapes[h.id])
-            if len(ids) > size and (ids not in promised or left < promised[ids][0]):
-                promised[ids] = (left, base, h)
-    return [(base, h) for _, base, h in sorted(promised.values(), key=lambda p: p[0])[:TRIED]]
+@dataclass(frozen=True, slots=True, eq=False)
+class Shape:
+    """What an effect does to the whitened residuals of the fitted recordings.
 
-
-def _shapes(h: Hypothesis, null: Fitted, data: Data) -> FloatArray:
-    """(m, columns) what an effect does to the whitened residuals of the fitted recordings.
-
-    Where a fit starts: the whole change since it was absent, and the slopes by its numbers.
+    Attributes:
+        problem: of the effect alone.
+        columns: (m, c) where a fit starts: the whole change since it was absent, and the slopes.
     """
+
+    problem: Problem
+    columns: FloatArray
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Promise:
+    """A model with one effect more, and the squares it would leave if the twin were linear."""
+
+    base: Fitted
+    more: Hypothesis
+    left: float
+
+
+def shape_of(h: Hypothesis, null: Fitted, data: Data) -> Shape:
+    """Of one hypothesis, about the twin as configured."""
     problem = data.problems([h])[0]
+    before = null.problem.evidence(np.zeros(null.problem.size)).residuals
     columns = []
     for start in problem.starts():
         there = problem.evidence(start)
-        before = null.problem.evidence(np.zeros(null.problem.size)).residuals
         columns += [(there.residuals - before)[:, None], there.slopes[:, : len(h.fitted)]]
-    return np.hstack(columns)
+    return Shape(problem, np.hstack(columns))
 
 
-def _explained(residuals: FloatArray, own: FloatArray, more: FloatArray) -> float:
-    """Squares that columns `more` take from `residuals`, with priors, beyond columns `own`."""
+def _promises(
+    size: int, hypotheses: Sequence[Hypothesis], done: Mapping[tuple[str, ...], Fitted],
+    shapes: Mapping[str, Shape],
+) -> list[Promise]:  # fmt: skip
+    """All models of `size` effects, each with one to add; those that leave least come first."""
+    found: dict[tuple[str, ...], Promise] = {}
+    for base in [f for f in done.values() if len(f.ids) == size]:
+        squares = _squares(base)
+        for h in hypotheses:
+            ids = tuple(sorted({*base.ids, h.id}))
+            if len(ids) > size:
+                own = Promise(base, h, squares - _explained(base, shapes[h.id].columns))
+                found[ids] = min(found.get(ids, own), own, key=lambda p: p.left)
+    return sorted(found.values(), key=lambda p: p.left)
 
-    def left(columns: FloatArray) -> float:
-        toward = columns.T @ residuals
-        information = np.eye(columns.shape[1]) + columns.T @ columns
-        return float(toward @ np.linalg.solve(information, toward))
 
-    return left(np.hstack([own, more])) - left(own)
+def _may_win(promise: Promise, done: Iterable[Fitted]) -> bool:
+    """It may leave no more than the best so far, and gains what an effect more has to."""
+    fits = list(done)
+    scale, best = scale_of(fits), min(_squares(f) for f in fits)
+    gained = _squares(promise.base) - promise.left
+    near = promise.left - BENT * gained < best + SLACK * scale
+    return near and gained > -2.0 * np.log(PRIOR)
+
+
+def _squares(f: Fitted) -> float:
+    """Of the fitted recordings, with those of the prior."""
+    return float(f.there.residuals @ f.there.residuals + f.q @ f.q)
+
+
+def _explained(base: Fitted, more: FloatArray) -> float:
+    """Squares that columns `more` take from a fit, what it has being fitted again, with priors."""
+    columns = np.hstack([base.there.slopes, more])
+    toward = columns.T @ base.there.residuals + np.pad(base.q, (0, more.shape[1]))
+    information = np.eye(columns.shape[1]) + columns.T @ columns
+    return float(toward @ np.linalg.solve(information, toward))

@@ -5,14 +5,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from twin.mismatch.choose import Model
+from twin.mismatch.choose import ALIKE, Model
 from twin.mismatch.finding import Candidate, NamedEffect, Value, Verdict
 from twin.mismatch.fit import Fitted
 from twin.mismatch.hypothesis import Hypothesis
 
-ALIKE = 3.0
-"""Logarithm of the odds within which two models are one: Kass, Raftery, J. Am. Stat. Assoc. 90, 773
-(1995): below 20 to 1 is not strong."""
 NOT_WHITE = 4.0
 """Excess of what is left, above which it is not just noise: see `benchmarks/mismatch.py`."""
 NEAR_FLOOR = 1.25  # of the noise: held out, this is as good as it gets

@@ -6,8 +6,8 @@ from dataclasses import replace
 import numpy as np
 
 from twin.mismatch.advice import advise
-from twin.mismatch.choose import Model, models, scale_of
-from twin.mismatch.decide import ALIKE, Decision, candidates, decide
+from twin.mismatch.choose import ALIKE, Model, models, scale_of
+from twin.mismatch.decide import Decision, candidates, decide
 from twin.mismatch.finding import Course, Errors, Finding, Span, Verdict
 from twin.mismatch.fit import Data, Fitted
 from twin.mismatch.flight import Flight, FloatArray

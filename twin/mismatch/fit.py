@@ -22,6 +22,7 @@ from twin.mismatch.problem import Evidence, Problem
 FloatArray = npt.NDArray[np.float64]
 
 MOST_STEPS = 25
+SMALL_GAIN = 3e-4  # of the cost: half a unit of log-evidence in a flight, of a step that is taken
 NOTHING: Mapping[str, Mapping[str, float]] = MappingProxyType({})
 
 
@@ -122,21 +123,23 @@ class Fitted:
 
 
 def fit(
-    data: Data, hypotheses: Sequence[Hypothesis], known: Mapping[str, Mapping[str, float]] = NOTHING
-) -> Fitted:
+    data: Data, hypotheses: Sequence[Hypothesis],
+    known: Mapping[str, Mapping[str, float]] = NOTHING, problem: Problem | None = None,
+) -> Fitted:  # fmt: skip
     """The best of the fits from all starts.
 
     `known` are numbers of hypotheses in smaller models: they are starts too, and then only the best
-    of all starts is followed.
+    of all starts is followed. `problem` is that of the fitted recordings if it is there already.
     """
-    problem, judge = data.problems(hypotheses)
+    own, judge = data.problems(hypotheses)
+    problem = problem or own
     starts = problem.starts()
     if known:
         starts += problem.starts_from(known)
         starts = [min(starts, key=problem.cost)]
     best_q, best_cost = np.zeros(problem.size), np.inf
     for start in starts:
-        for step in polish(problem, start, most_steps=MOST_STEPS):
+        for step in polish(problem, start, most_steps=MOST_STEPS, small_gain=SMALL_GAIN):
             if step.cost < best_cost:
                 best_q, best_cost = step.q, step.cost
     return Fitted(

@@ -46,7 +46,11 @@ class Hypothesis:
     def centres(self, pack: Pack) -> tuple[float, ...]:
         """Values the prior is around: those of the pack, else those that are nothing or usual."""
         own = self.present(pack)
-        return tuple(p.value if own is None else getattr(own, p.name) for p in self.parameters)
+        values = [p.value if own is None else getattr(own, p.name) for p in self.parameters]
+        return tuple(
+            max(value, p.lower) if p.logarithmic else value
+            for p, value in zip(self.parameters, values, strict=True)
+        )
 
     def within(self, pack: Pack, values: Sequence[float]) -> Pack:
         """`pack` with the effect in it at these values of `fitted`."""

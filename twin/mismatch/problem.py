@@ -62,6 +62,7 @@ class Problem:
         self._whiteners = tuple(w for _, w in data)
         packs = [beyond_cut_offs(f.pack) for f in self.flights]
         self._packs, pack = tuple(packs), packs[0]
+        self._kept: dict[bytes, Evidence] = {}
         self._terms = [
             (p, centre, limits)
             for h in hypotheses
@@ -158,7 +159,13 @@ class Problem:
         return self._whiteners[flight](residual_V[:, None])[:, 0]
 
     def evidence(self, q: FloatArray) -> Evidence:
-        """Of all recordings."""
+        """Of all recordings; kept, since fits begin where effects were looked at and end there."""
+        key = q.tobytes()
+        if key not in self._kept:
+            self._kept[key] = self._evidence(q)
+        return self._kept[key]
+
+    def _evidence(self, q: FloatArray) -> Evidence:
         high = self.bounds[1]
         jobs = [
             (flight, column)
