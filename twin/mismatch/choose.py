@@ -1,9 +1,9 @@
 """Which effects stand out: fits of one to three hypotheses, and what evidence makes of them.
 
 The linearised twin says what each effect, beside those that a model has already, could take from
-the residuals; what could not make the model more probable by that is not fitted. Every model looked at has a probability: its
-evidence times what was believed before. Residuals of the best that are more than noise (its excess)
-make all evidence worth less by that factor: none of the models is then quite true.
+the residuals; what could not make a model more probable by that is not fitted. Every model that was
+has a probability: its evidence times what was believed before. Residuals of the best that are more
+than noise (its excess) make all evidence worth less by that factor: none is then quite true.
 """
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
