@@ -89,17 +89,23 @@ def finding(verdict: Verdict = Verdict.NAMED) -> Finding:
                 held_out_rms_V=0.0082,
                 delta_bic=7.0,
                 probability=0.03,
+                excess=1.0,
             ),
             Candidate(
-                ids=("current_gain",), held_out_rms_V=0.021, delta_bic=812.0, probability=0.0
+                ids=("current_gain",),
+                held_out_rms_V=0.021,
+                delta_bic=812.0,
+                probability=0.0,
+                excess=30.0,
             ),
             Candidate(
                 ids=("self_heating", "leakage"),
                 held_out_rms_V=0.0083,
                 delta_bic=19.0,
                 probability=0.0,
+                excess=1.0,
             ),
-            Candidate(ids=(), held_out_rms_V=0.0352, delta_bic=4000.0, probability=0.0),
+            Candidate(ids=(), held_out_rms_V=0.0352, delta_bic=4000.0, probability=0.0, excess=1.0),
         ),
         terms=(Term(quantity="current squared", size_V=-0.0123, explained=0.61),)
         if verdict is Verdict.UNKNOWN

@@ -100,12 +100,19 @@ def _step(
     residuals: FloatArray, slopes: FloatArray, damping: float, bounds: tuple[FloatArray, FloatArray]
 ) -> FloatArray:
     """(k,) least squares of the linearised problem with `damping`, within `bounds`."""
+    k = slopes.shape[1]
+    whole = np.vstack([slopes, np.sqrt(damping) * np.eye(k)])
+    return bounded(whole, np.append(residuals, np.zeros(k)), bounds)
+
+
+def bounded(
+    slopes: FloatArray, residuals: FloatArray, bounds: tuple[FloatArray, FloatArray]
+) -> FloatArray:
+    """(k,) x within `bounds` that makes |residuals + slopes @ x| least; slopes (n, k), n >= k."""
     out, moving = np.zeros(slopes.shape[1]), bounds[1] > bounds[0]
-    slopes, k = slopes[:, moving], int(moving.sum())
+    k = int(moving.sum())
     # the triangular factor has the same normal equations and is small
-    whole = np.vstack([np.column_stack([slopes, -residuals]), np.zeros((k, k + 1))])
-    whole[-k:, :k] = np.sqrt(damping) * np.eye(k)
-    factor = np.linalg.qr(whole).R
+    factor = np.linalg.qr(np.column_stack([slopes[:, moving], -residuals])).R
     lower, upper = bounds[0][moving], bounds[1][moving]
-    out[moving] = lsq_linear(factor[:, :k], factor[:, k], bounds=(lower, upper)).x
+    out[moving] = lsq_linear(factor[:k, :k], factor[:k, k], bounds=(lower, upper)).x
     return out

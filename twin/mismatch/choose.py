@@ -13,6 +13,7 @@ from itertools import combinations
 import numpy as np
 import numpy.typing as npt
 
+from twin.calibrate.polish import bounded
 from twin.mismatch.fit import Data, Fitted, fit
 from twin.mismatch.hypothesis import Hypothesis
 from twin.mismatch.problem import Problem
@@ -23,7 +24,7 @@ PRIOR = 0.02
 """Of an effect, before anything is seen; of the controls, that nothing is left out, 1 / (1 + 20 x)
 of it remains when twenty of them are looked for."""
 MOST_EFFECTS = 3
-TRIED = 8
+TRIED = 6
 """Larger combinations of each size that are fitted: those that the linearised twin, about each of
 the smaller ones, says leave least."""
 BENT = 0.3
@@ -59,10 +60,10 @@ def models(
     data: Data,
     hypotheses: Sequence[Hypothesis],
     *,
-    tried: int = TRIED,
+    most_effects: int = MOST_EFFECTS,
     progress: Callable[[tuple[str, ...]], None] = lambda _: None,
 ) -> tuple[Model, ...]:
-    """All that were fitted, the most probable first; of larger combinations `tried` a size."""
+    """All that were fitted, the most probable first."""
     done: dict[tuple[str, ...], Fitted] = {}
 
     def fitted(chosen: Sequence[Hypothesis], base: Fitted | None = None) -> None:
@@ -76,8 +77,8 @@ def models(
     shapes: Mapping[str, Shape] = {}
     fitted(())
     shapes = {h.id: shape_of(h, done[()], data) for h in hypotheses}
-    for size in range(MOST_EFFECTS):
-        for promise in _promises(size, hypotheses, done, shapes)[: tried if size else None]:
+    for size in range(most_effects):
+        for promise in _promises(size, hypotheses, done, shapes)[: TRIED if size else None]:
             if _may_win(promise, done.values()):
                 fitted([*promise.base.problem.hypotheses, promise.more], promise.base)
     best = _judged(done.values())[0].fitted
@@ -111,10 +112,14 @@ class Shape:
     Attributes:
         problem: of the effect alone.
         columns: (m, c) where a fit starts: the whole change since it was absent, and the slopes.
+        low: (c,) least amount of each that the effect's bounds allow.
+        high: (c,) and largest.
     """
 
     problem: Problem
     columns: FloatArray
+    low: FloatArray
+    high: FloatArray
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -128,13 +133,16 @@ class Promise:
 
 def shape_of(h: Hypothesis, null: Fitted, data: Data) -> Shape:
     """Of one hypothesis, about the twin as configured."""
-    problem = data.problems([h])[0]
+    problem, own = data.problems([h])[0], len(h.fitted)
     before = null.problem.evidence(np.zeros(null.problem.size)).residuals
-    columns = []
+    columns, low, high = [], [], []
     for start in problem.starts():
         there = problem.evidence(start)
-        columns += [(there.residuals - before)[:, None], there.slopes[:, : len(h.fitted)]]
-    return Shape(problem, np.hstack(columns))
+        columns += [(there.residuals - before)[:, None], there.slopes[:, :own]]
+        ends = [end[:own] - start[:own] for end in problem.bounds]
+        low += [0.0, *ends[0]]
+        high += [np.inf, *ends[1]]
+    return Shape(problem, np.hstack(columns), np.array(low), np.array(high))
 
 
 def _promises(
@@ -148,7 +156,7 @@ def _promises(
         for h in hypotheses:
             ids = tuple(sorted({*base.ids, h.id}))
             if len(ids) > size:
-                own = Promise(base, h, squares - _explained(base, shapes[h.id].columns))
+                own = Promise(base, h, squares - _explained(base, shapes[h.id]))
                 found[ids] = min(found.get(ids, own), own, key=lambda p: p.left)
     return sorted(found.values(), key=lambda p: p.left)
 
@@ -167,9 +175,15 @@ def _squares(f: Fitted) -> float:
     return float(f.there.residuals @ f.there.residuals + f.q @ f.q)
 
 
-def _explained(base: Fitted, more: FloatArray) -> float:
-    """Squares that columns `more` take from a fit, what it has being fitted again, with priors."""
-    columns = np.hstack([base.there.slopes, more])
-    toward = columns.T @ base.there.residuals + np.pad(base.q, (0, more.shape[1]))
-    information = np.eye(columns.shape[1]) + columns.T @ columns
-    return float(toward @ np.linalg.solve(information, toward))
+def _explained(base: Fitted, more: Shape) -> float:
+    """Squares that `more` takes from a fit, what that has being fitted again, with priors."""
+    columns, k = np.hstack([base.there.slopes, more.columns]), base.q.size
+    low, high = (end - base.q for end in base.problem.bounds)
+    change = bounded(
+        np.vstack([columns, np.eye(columns.shape[1])]),
+        np.concatenate([base.there.residuals, base.q, np.zeros(more.low.size)]),
+        (np.append(low, more.low), np.append(high, more.high)),
+    )
+    left = base.there.residuals + columns @ change
+    drawn = base.q + change[:k]
+    return _squares(base) - float(left @ left + drawn @ drawn + change[k:] @ change[k:])

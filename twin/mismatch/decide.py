@@ -10,9 +10,14 @@ from twin.mismatch.finding import Candidate, NamedEffect, Value, Verdict
 from twin.mismatch.fit import Fitted
 from twin.mismatch.hypothesis import Hypothesis
 
-NOT_WHITE = 4.0
-"""Excess of what is left, above which it is not just noise: see `benchmarks/mismatch.py`."""
-NEAR_FLOOR = 1.25  # of the noise: held out, this is as good as it gets
+NOT_WHITE = 2.5
+"""Excess of what is left, above which it is not just noise (of 100 residuals of pure noise one
+exceeds 2)."""
+NEARLY_ALL = 0.1
+"""Of the squares beyond the noise, held out: an effect that leaves no more of them is named though
+something else is left, as it is where the twin's cell is not quite the one that flew. Each effect
+more of a combination has to leave as little again of what the others left: two together can shape
+themselves to much."""
 MOST_ALIKE = 3  # members of a list of equivalents that still is a name
 LIKELY = 0.5
 
@@ -37,9 +42,9 @@ def decide(models: Sequence[Model], scale: float, noise_V: float) -> Decision:
     null = next(m for m in models if not m.ids)
     best = models[0]
     if not best.ids or null.probability > LIKELY:
-        verdict = Verdict.NONE if said(null.fitted, noise_V) else Verdict.UNKNOWN
+        verdict = Verdict.NONE if null.fitted.excess < NOT_WHITE else Verdict.UNKNOWN
         return Decision(verdict=verdict, model=null, effects=())
-    if not said(best.fitted, noise_V):
+    if not said(best.fitted, null.fitted, noise_V):
         return Decision(verdict=Verdict.UNKNOWN, model=null, effects=())
     effects = tuple(_named(h, best, models, scale) for h in best.fitted.problem.hypotheses)
     clear = all(
@@ -49,11 +54,10 @@ def decide(models: Sequence[Model], scale: float, noise_V: float) -> Decision:
     return Decision(verdict=verdict, model=best, effects=effects)
 
 
-def said(fitted: Fitted, noise_V: float) -> bool:
-    """Nothing is left but noise, on what was not fitted too."""
-    return fitted.excess < NOT_WHITE or (
-        fitted.held_out_rms_V() < NEAR_FLOOR * noise_V and fitted.excess < NOT_WHITE**2
-    )
+def said(fitted: Fitted, null: Fitted, noise_V: float) -> bool:
+    """Nothing is left but noise, or nearly nothing, on what was not fitted too."""
+    before, after = (max(f.held_out_rms_V() ** 2 - noise_V**2, 0.0) for f in (null, fitted))
+    return fitted.excess < NOT_WHITE or after < NEARLY_ALL ** len(fitted.ids) * before
 
 
 def candidates(models: Sequence[Model]) -> tuple[Candidate, ...]:
@@ -65,6 +69,7 @@ def candidates(models: Sequence[Model]) -> tuple[Candidate, ...]:
             held_out_rms_V=m.fitted.held_out_rms_V(),
             delta_bic=2.0 * (top - m.log_evidence),
             probability=m.probability,
+            excess=m.fitted.excess,
         )
         for m in models
     )

@@ -7,6 +7,7 @@ import numpy as np
 
 from twin.mismatch.advice import advise
 from twin.mismatch.choose import ALIKE, Model, models, scale_of
+from twin.mismatch.contradict import contradiction
 from twin.mismatch.decide import Decision, candidates, decide
 from twin.mismatch.finding import Course, Errors, Finding, Span, Verdict
 from twin.mismatch.fit import Data, Fitted
@@ -43,9 +44,11 @@ def explain(
     data = split(fitted, held_out, slow_V=slow_V)
     found = models(data, hypotheses, progress=progress)
     scale = scale_of(m.fitted for m in found)
-    noise_V = float(np.sqrt(np.mean([w.noise.white_V**2 for _, w in data.held_out])))
     null = next(m for m in found if not m.ids)
-    decision = decide(found, scale, noise_V)
+    decision, remarks = contradiction(
+        decide(found, scale, data.noise_V), (*fitted, *held_out), hypotheses, slow_V=slow_V,
+        progress=progress,
+    )  # fmt: skip
     best = decision.model.fitted
     start = np.zeros(null.fitted.problem.size)
     answers = _answers(null.fitted)
@@ -57,15 +60,16 @@ def explain(
         drivers=drivers(*answers)[:SHOWN_DRIVERS],
         terms=terms(*answers) if unknown else (),
         errors=Errors(
-            noise=noise_V,
+            noise=data.noise_V,
             before=null.fitted.problem.rms_V(start),
             after=best.rms_V(),
             held_out_before=null.fitted.judge.rms_V(np.zeros(null.fitted.judge.size)),
             held_out_after=best.held_out_rms_V(),
         ),
         candidates=candidates(found),
-        advice=_advice(decision, found, noise_V),
+        advice=_advice(decision, found, data.noise_V),
         courses=_courses(data, best),
+        remarks=remarks,
     )
 
 

@@ -95,12 +95,15 @@ class Candidate:
         held_out_rms_V: recorded minus simulated on what was not fitted.
         delta_bic: twice the logarithm of evidence lost against the best; 0 for the best.
         probability: among all that were looked at.
+        excess: variance of what it leaves, slow parts counted whole, over what noise and the
+            twin's own error would leave; 1 where nothing more is to be said.
     """
 
     ids: tuple[str, ...]
     held_out_rms_V: float
     delta_bic: float
     probability: float
+    excess: float
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

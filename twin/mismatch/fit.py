@@ -22,7 +22,7 @@ from twin.mismatch.problem import Evidence, Problem
 FloatArray = npt.NDArray[np.float64]
 
 MOST_STEPS = 25
-SMALL_GAIN = 3e-4  # of the cost: half a unit of log-evidence in a flight, of a step that is taken
+SMALL_GAIN = 1e-3  # of the cost, expected of the last step: what is left after it is far less
 NOTHING: Mapping[str, Mapping[str, float]] = MappingProxyType({})
 
 
@@ -35,6 +35,11 @@ class Data:
 
     fitted: tuple[tuple[Flight, Whitener], ...]
     held_out: tuple[tuple[Flight, Whitener], ...]
+
+    @property
+    def noise_V(self) -> float:
+        """White noise of what is held out."""
+        return float(np.sqrt(np.mean([w.noise.white_V**2 for _, w in self.held_out])))
 
     def problems(self, hypotheses: Sequence[Hypothesis]) -> tuple[Problem, Problem]:
         """Of the fitted and of the held-out recordings."""

@@ -66,4 +66,5 @@ def _candidate(c: Candidate) -> dict[str, Any]:
         "holdout_rmse_mv": 1e3 * c.held_out_rms_V,
         "delta_bic": c.delta_bic,
         "probability": c.probability,
+        "excess": c.excess,
     }
