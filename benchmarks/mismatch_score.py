@@ -1,7 +1,7 @@
 """Verdicts beside the truth: which are right, and the tables of `benchmarks/mismatch.py`."""
 
 from collections import Counter
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import pairwise, permutations
 from typing import Any
@@ -13,7 +13,37 @@ from tests.mismatch_cases.case import Case
 MOST_EQUIVALENT = 3
 NEAR_FLOOR = 1.5  # of the noise, held out
 BINS = (0.0, 0.5, 0.8, 0.9, 0.95, 0.99, 1.001)  # of probabilities
+WITHIN = 2.0  # stated deviations
 OUTCOMES = ("right", "part", "wrong", "ambiguous", "unknown", "none")
+
+
+def true_value(effect: str, size: float, flavour: int) -> tuple[str, float] | None:
+    """The number of the twin's effect that is the truth of `tests/mismatch_cases/effects.py`.
+
+    None where it depends on more than the size.
+    """
+    sign = -1.0 if flavour % 2 else 1.0
+    factor = float(np.exp(-size))
+    known = {
+        "self_heating": ("heat_transfer_W_m2_K", 12.0 / size),
+        "cold_pack": ("start_offset_K", size if flavour % 4 == 3 else -size),
+        "solid_diffusion_negative": ("diffusivity_factor", factor),
+        "solid_diffusion_positive": ("diffusivity_factor", factor),
+        "lithium_inventory_loss": ("lost", size),
+        "active_material_loss_negative": ("lost", size),
+        "active_material_loss_positive": ("lost", size),
+        "film_resistance": ("negative_ohm_m2", size),
+        "series_resistance": ("resistance_ohm", size),
+        "initial_soc": ("offset", -sign * size),
+        "current_gain": ("gain", 1.0 / (1.0 + sign * size)),
+        "current_offset": ("offset_A", -sign * size),
+        "sensor_lag": ("lag_s", size),
+        "clock_shift": ("shift_s", sign * size),
+        "voltage_gain": ("gain", 1.0 + sign * size),
+        "leakage": ("current_A", size),
+        "plating_stripping": ("initial_mol_m3", size),
+    }
+    return known.get(effect)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -28,6 +58,7 @@ class Judged:
             what is foreign: `none` and `unknown`).
         named: ids that were named, "a|b" where b is an equivalent.
         sure: probability and rightness of each effect that was named.
+        sized: effect, found minus true in stated deviations, of those named that were in it.
         held_out: after, over the noise.
         seconds: of the verdict.
     """
@@ -38,6 +69,7 @@ class Judged:
     outcome: str
     named: tuple[str, ...]
     sure: tuple[tuple[float, bool], ...]
+    sized: tuple[tuple[str, float], ...]
     held_out: float
     seconds: float
 
@@ -65,9 +97,18 @@ def judged(case: Case, verdict: Mapping[str, Any]) -> Judged:
         outcome=outcome,
         named=tuple("|".join(ids) for ids in lists),
         sure=tuple((e["probability"], e["id"] in own) for e in effects if said == "named"),
+        sized=tuple(_sized(case, effects)),
         held_out=errors["holdout_after"] / (1e3 * case.noise_V),
         seconds=verdict["seconds"],
     )
+
+
+def _sized(case: Case, effects: Sequence[Mapping[str, Any]]) -> Iterator[tuple[str, float]]:
+    known = dict(zip(case.truth, zip(case.sizes, case.flavours, strict=True), strict=True))
+    for e in effects:
+        if e["id"] in known and (true := true_value(e["id"], *known[e["id"]])):
+            (own,) = (p for p in e["parameters"] if p["name"] == true[0])
+            yield e["id"], (own["value"] - true[1]) / own["std"]
 
 
 def _kind(case: Case) -> str:
@@ -107,8 +148,8 @@ def _matched(truth: Sequence[str], lists: Sequence[tuple[str, ...]]) -> int:
 
 def tables(done: Sequence[Judged]) -> str:
     """All of them as text."""
-    parts = [_by_kind(done), _confusion(done), _calibration(done), _held_out(done), _missed(done)]
-    return "\n".join(parts)
+    parts = (_by_kind, _confusion, _calibration, _sizes, _held_out, _missed)
+    return "\n".join(part(done) for part in parts)
 
 
 def _by_kind(done: Sequence[Judged]) -> str:
@@ -140,6 +181,19 @@ def _calibration(done: Iterable[Judged]) -> str:
             lines.append(
                 f"  {low:.2f} to {min(high, 1):.2f}  {len(own):4d}  {own[:, 1].mean():.2f}"
             )
+    return "\n".join(lines) + "\n"
+
+
+def _sizes(done: Sequence[Judged]) -> str:
+    every = [z for j in done for z in j.sized]
+    lines = ["sizes found minus true, in stated deviations: effect, how many, rms, largest"]
+    for effect in sorted({e for e, _ in every}):
+        z = np.array([z for e, z in every if e == effect])
+        rms, most = np.sqrt(np.mean(z**2)), np.abs(z).max()
+        lines.append(f"  {effect:30s} {z.size:3d} {rms:6.2f} {most:6.2f}")
+    if every:
+        within = np.abs([z for _, z in every]) < WITHIN
+        lines.append(f"  within {WITHIN:.0f}: {np.mean(within):.0%} of {len(every)}")
     return "\n".join(lines) + "\n"
 
 
