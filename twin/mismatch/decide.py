@@ -19,7 +19,7 @@ something else is left, as it is where the twin's cell is not quite the one that
 more of a combination has to leave as little again of what the others left: two together can shape
 themselves to much."""
 CELL_V = 0.03
-"""Of a cell: what is left in that case is what calibrated twins miss on tests they have not seen (10
+"""Of a cell: what is left in that case is what calibrated twins miss on tests not seen before (10
 to 40 mV, `benchmarks/calibration_real.py`); what is more is unexplained."""
 MOST_ALIKE = 3  # members of a list of equivalents that still is a name
 LIKELY = 0.5
