@@ -30,7 +30,13 @@ the smaller ones, says leave least."""
 BENT = 0.3
 """Of what a linearised twin says that a model takes away, how much more it may truly take away: the
 twin bends under large effects. What cannot come near the best even so is not fitted."""
+NOISY = 1.2  # squares a residual, of noise that was estimated
 SLACK = 10.0  # squares that may be left beyond those of the best
+NEARLY_ALL = 0.1
+"""Of the squares beyond the noise, held out: an effect that leaves no more of them is named though
+something else is left, as it is where the twin's cell is not quite the one that flew. Each effect
+more of a combination has to leave as little again of what the others left: two together can shape
+themselves to much."""
 ALIKE = 3.0
 """Logarithm of the odds within which two models are one: Kass, Raftery, J. Am. Stat. Assoc. 90, 773
 (1995): below 20 to 1 is not strong."""
@@ -79,7 +85,7 @@ def models(
     shapes = {h.id: shape_of(h, done[()], data) for h in hypotheses}
     for size in range(most_effects):
         for promise in _promises(size, hypotheses, done, shapes)[: TRIED if size else None]:
-            if _may_win(promise, done.values()):
+            if _may_win(promise, done.values(), choosy=size > 0 or most_effects == 1):
                 fitted([*promise.base.problem.hypotheses, promise.more], promise.base)
     best = _judged(done.values())[0].fitted
     for rest in combinations(best.problem.hypotheses, max(len(best.ids) - 1, 0)):
@@ -161,13 +167,21 @@ def _promises(
     return sorted(found.values(), key=lambda p: p.left)
 
 
-def _may_win(promise: Promise, done: Iterable[Fitted]) -> bool:
-    """It may leave no more than the best so far, and gains what an effect more has to."""
+def _may_win(promise: Promise, done: Iterable[Fitted], *, choosy: bool) -> bool:
+    """It may leave no more than the best so far, and gains what an effect more has to.
+
+    If `choosy` it has to promise, too, that little more than noise is left: on what no effect
+    explains, ever larger combinations would be tried in vain.
+    """
     fits = list(done)
     scale, best = scale_of(fits), min(_squares(f) for f in fits)
     gained = _squares(promise.base) - promise.left
-    near = promise.left - BENT * gained < best + SLACK * scale
-    return near and gained > -2.0 * np.log(PRIOR)
+    least = promise.left - BENT * gained
+    worth = least < best + SLACK * scale and gained > -2.0 * np.log(PRIOR)
+    if not choosy:
+        return worth
+    noise, whole = float(promise.base.there.residuals.size), max(_squares(f) for f in fits)
+    return worth and least < NOISY * noise + NEARLY_ALL * (whole - noise)
 
 
 def _squares(f: Fitted) -> float:

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from twin.mismatch.choose import ALIKE, Model
+from twin.mismatch.choose import ALIKE, NEARLY_ALL, Model
 from twin.mismatch.finding import Candidate, NamedEffect, Value, Verdict
 from twin.mismatch.fit import Fitted
 from twin.mismatch.hypothesis import Hypothesis
@@ -13,11 +13,6 @@ from twin.mismatch.hypothesis import Hypothesis
 NOT_WHITE = 2.5
 """Excess of what is left, above which it is not just noise (of 100 residuals of pure noise one
 exceeds 2)."""
-NEARLY_ALL = 0.1
-"""Of the squares beyond the noise, held out: an effect that leaves no more of them is named though
-something else is left, as it is where the twin's cell is not quite the one that flew. Each effect
-more of a combination has to leave as little again of what the others left: two together can shape
-themselves to much."""
 CELL_V = 0.03
 """Of a cell: what is left in that case is what calibrated twins miss on tests not seen before (10
 to 40 mV, `benchmarks/calibration_real.py`); what is more is unexplained."""
