@@ -34,9 +34,9 @@ NOISY = 1.2  # squares a residual, of noise that was estimated
 SLACK = 10.0  # squares that may be left beyond those of the best
 NEARLY_ALL = 0.1
 """Of the squares beyond the noise, held out: an effect that leaves no more of them is named though
-something else is left, as it is where the twin's cell is not quite the one that flew. Each effect
-more of a combination has to leave as little again of what the others left: two together can shape
-themselves to much."""
+something else is left, as it is where the twin's cell is not quite the one that flew. Then each
+effect more has to leave as little again of what the others left: together they can shape themselves
+to much."""
 ALIKE = 3.0
 """Logarithm of the odds within which two models are one: Kass, Raftery, J. Am. Stat. Assoc. 90, 773
 (1995): below 20 to 1 is not strong."""
@@ -82,6 +82,7 @@ def models(
 
     shapes: Mapping[str, Shape] = {}
     fitted(())
+    hypotheses = [h for h in hypotheses if h.possible(done[()].problem.flights[0].pack)]
     shapes = {h.id: shape_of(h, done[()], data) for h in hypotheses}
     for size in range(most_effects):
         for promise in _promises(size, hypotheses, done, shapes)[: TRIED if size else None]:

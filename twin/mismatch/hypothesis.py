@@ -43,6 +43,10 @@ class Hypothesis:
         """The effect as the pack has it."""
         return next((e for e in pack.effects if isinstance(e, self.kind)), None)
 
+    def possible(self, pack: Pack) -> bool:
+        """The pack can have it: of one cell in series none is weaker than the others."""
+        return self.kind is not WeakCell or pack.series > 1
+
     def centres(self, pack: Pack) -> tuple[float, ...]:
         """Values the prior is around: those of the pack, else those that are nothing or usual."""
         own = self.present(pack)
