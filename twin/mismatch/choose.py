@@ -118,12 +118,14 @@ class Shape:
 
     Attributes:
         problem: of the effect alone.
-        columns: (m, c) where a fit starts: the whole change since it was absent, and the slopes.
+        slopes: (m, k) by its numbers, where a fit starts first.
+        columns: (m, c) the slopes at every start, and the whole change since the effect was absent.
         low: (c,) least amount of each that the effect's bounds allow.
         high: (c,) and largest.
     """
 
     problem: Problem
+    slopes: FloatArray
     columns: FloatArray
     low: FloatArray
     high: FloatArray
@@ -131,11 +133,19 @@ class Shape:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Promise:
-    """A model with one effect more, and the squares it would leave if the twin were linear."""
+    """A model with one effect more, as it would be if the twin were linear.
+
+    Attributes:
+        base: without it.
+        more: the effect.
+        left: squares.
+        log_evidence: of the fitted recordings.
+    """
 
     base: Fitted
     more: Hypothesis
     left: float
+    log_evidence: float
 
 
 def shape_of(h: Hypothesis, null: Fitted, data: Data) -> Shape:
@@ -149,23 +159,30 @@ def shape_of(h: Hypothesis, null: Fitted, data: Data) -> Shape:
         ends = [end[:own] - start[:own] for end in problem.bounds]
         low += [0.0, *ends[0]]
         high += [np.inf, *ends[1]]
-    return Shape(problem, np.hstack(columns), np.array(low), np.array(high))
+    return Shape(problem, columns[1], np.hstack(columns), np.array(low), np.array(high))
 
 
 def _promises(
     size: int, hypotheses: Sequence[Hypothesis], done: Mapping[tuple[str, ...], Fitted],
     shapes: Mapping[str, Shape],
 ) -> list[Promise]:  # fmt: skip
-    """All models of `size` effects, each with one to add; those that leave least come first."""
+    """All models of `size` effects, each with one to add; the most probable come first."""
     found: dict[tuple[str, ...], Promise] = {}
+    scale = scale_of(done.values())
     for base in [f for f in done.values() if len(f.ids) == size]:
-        squares = _squares(base)
         for h in hypotheses:
             ids = tuple(sorted({*base.ids, h.id}))
             if len(ids) > size:
-                own = Promise(base, h, squares - _explained(base, shapes[h.id]))
+                own = _promise(base, h, shapes[h.id], scale)
                 found[ids] = min(found.get(ids, own), own, key=lambda p: p.left)
-    return sorted(found.values(), key=lambda p: p.left)
+    return sorted(found.values(), key=lambda p: -p.log_evidence)
+
+
+def _promise(base: Fitted, h: Hypothesis, shape: Shape, scale: float) -> Promise:
+    left = _squares(base) - _explained(base, shape)
+    columns = np.hstack([base.there.slopes, shape.slopes])
+    information = np.eye(columns.shape[1]) + columns.T @ columns / scale
+    return Promise(base, h, left, -0.5 * (left / scale + float(np.linalg.slogdet(information)[1])))
 
 
 def _may_win(promise: Promise, done: Iterable[Fitted], *, choosy: bool) -> bool:
