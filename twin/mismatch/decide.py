@@ -87,7 +87,7 @@ def candidates(models: Sequence[Model]) -> tuple[Candidate, ...]:
 
 def _named(h: Hypothesis, best: Model, models: Sequence[Model], scale: float) -> NamedEffect:
     fitted = best.fitted
-    alike = _alike(h.id, best, models)
+    alike = _alike(h.id, best, models, scale)
     std = np.sqrt(np.diag(fitted.covariance(scale)))
     values = fitted.problem.values(fitted.q)[h.id]
     errors = fitted.problem.stds(fitted.q, std)[h.id]
@@ -106,13 +106,28 @@ def _named(h: Hypothesis, best: Model, models: Sequence[Model], scale: float) ->
     )
 
 
-def _alike(effect: str, best: Model, models: Sequence[Model]) -> tuple[str, ...]:
-    """Effects that may stand in the place of `effect`, with as good a model, the best first."""
+def _alike(effect: str, best: Model, models: Sequence[Model], scale: float) -> tuple[str, ...]:
+    """Effects that may stand in the place of `effect`, the best first.
+
+    Those whose model is as probable; where they are few, also those that only have more numbers
+    than they need: a cell with a bad contact is a resistance of the pack.
+    """
     rest = set(best.ids) - {effect}
     out: list[str] = []
-    for m in models:
-        other = set(m.ids) - rest
-        near = best.log_evidence - m.log_evidence < ALIKE
-        if near and rest < set(m.ids) and len(other) == 1 and effect not in other:
-            out += other
+    for how in (_evidence, _likelihood):
+        for m in models:
+            other = set(m.ids) - rest
+            near = how(best, scale) - how(m, scale) < ALIKE
+            if near and rest < set(m.ids) and len(other) == 1 and not other & {effect, *out}:
+                out += other
+            if how is _likelihood and len(out) >= MOST_ALIKE:
+                return tuple(out)
     return tuple(out)
+
+
+def _evidence(m: Model, scale: float) -> float:  # noqa: ARG001
+    return m.log_evidence
+
+
+def _likelihood(m: Model, scale: float) -> float:
+    return m.fitted.log_likelihood(scale)

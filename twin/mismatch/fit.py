@@ -76,10 +76,19 @@ class Fitted:
         Of the fitted or the held-out recordings, whichever is more; the starts of those that were
         held out are taken at their best within their tolerance.
         """
+        return max(excess_of(self.there.residuals), excess_of(self._started))
+
+    def log_likelihood(self, scale: float) -> float:
+        """Of all recordings at the best numbers, the starts of those held out at theirs."""
+        there, ahead = self.there.residuals, self._started
+        return -0.5 * float(there @ there + ahead @ ahead) / scale
+
+    @property
+    def _started(self) -> FloatArray:
+        """Residuals held out, each recording's start at its best within its tolerance."""
         r, own = self.ahead.residuals, self.ahead.slopes[:, self._shared :]
         inner = np.eye(own.shape[1]) + own.T @ own
-        started = r - own @ np.linalg.solve(inner, own.T @ r)
-        return max(excess_of(self.there.residuals), excess_of(started))
+        return np.asarray(r - own @ np.linalg.solve(inner, own.T @ r))
 
     @property
     def _shared(self) -> int:
