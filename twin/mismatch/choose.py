@@ -32,7 +32,7 @@ BENT = 0.3
 twin bends under large effects. What cannot come near the best even so is not fitted."""
 NOISY = 1.2  # squares a residual, of noise that was estimated
 SLACK = 10.0  # squares that may be left beyond those of the best
-NEARLY_ALL = 0.1
+NEARLY_ALL = 0.03
 """Of the squares beyond the noise, held out: an effect that leaves no more of them is named though
 something else is left, as it is where the twin's cell is not quite the one that flew. Then each
 effect more has to leave as little again of what the others left: together they can shape themselves

@@ -16,7 +16,7 @@ from twin.mismatch.hypothesis import HYPOTHESES, Hypothesis
 from twin.mismatch.locate import Answer, drivers, shared, spans, terms
 from twin.mismatch.noise import Whitener
 from twin.mismatch.parts import parts
-from twin.mismatch.split import split
+from twin.mismatch.split import sharpened, split
 from twin.simulate import simulate
 
 SHOWN_DRIVERS = 5
@@ -43,6 +43,8 @@ def explain(
     """
     data = split(fitted, held_out, slow_V=slow_V)
     found = models(data, hypotheses, progress=progress)
+    if finer := sharpened(data, found[0].fitted):
+        data, found = finer, models(finer, hypotheses, progress=progress)
     scale = scale_of(m.fitted for m in found)
     null = next(m for m in found if not m.ids)
     decision, remarks = contradiction(

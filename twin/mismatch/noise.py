@@ -15,7 +15,7 @@ from math import sqrt
 
 import numpy as np
 import numpy.typing as npt
-from scipy.signal import lfilter
+from scipy.linalg import solve_banded
 
 FloatArray = npt.NDArray[np.float64]
 BoolArray = npt.NDArray[np.bool_]
@@ -23,6 +23,7 @@ BoolArray = npt.NDArray[np.bool_]
 THIRD = np.sqrt(20.0)  # of third differences over white noise: 1 + 9 + 9 + 1
 NORMAL = 0.6745  # median of |x| of a normal distribution
 LEAST_V = 1e-4
+REACH = 10  # samples before and after, at whose current a residual may follow it
 LONGEST_S = 1.0  # of samples that are taken together: slower is physics
 GAP_STEPS = 5.0  # of the usual step: what follows is a piece of its own
 
@@ -46,7 +47,8 @@ def white_V(residual_V: FloatArray, current_A: FloatArray, period_s: float) -> f
     """Standard deviation of white noise as dense as that of residuals (n,) [V].
 
     From third differences: what is smooth cancels; what jumps with the current, as far as it is in
-    proportion to it and to its neighbours, is taken out first. Of samples and of means over 2, 4
+    proportion to it and to its neighbours (up to REACH, so that a clock or a sensor that is late is
+    no noise), is taken out first. Of samples and of means over 2, 4
     and 8 of them (up to LONGEST_S): noise that was smoothed or interpolated is little from sample
     to sample and shows in the means. The largest counts.
     """
@@ -66,14 +68,16 @@ def _means(values: FloatArray, size: int) -> FloatArray:
 def _spread_V(residual_V: FloatArray, current_A: FloatArray) -> float:
     """Standard deviation of one value about what is smooth and what follows the current [V]."""
     third, drive = np.diff(residual_V, n=3), np.diff(current_A, n=3)
-    lagged = np.column_stack([np.roll(drive, k) for k in (-1, 0, 1)])
-    good = np.ones(third.size, dtype=bool)
-    good[:1] = good[-1:] = False
-    if np.count_nonzero(good) < 2 * lagged.shape[1]:
+    reach = min(REACH, third.size // 40)
+    if third.size < 12:
         return LEAST_V
-    slopes = np.linalg.lstsq(lagged[good], third[good], rcond=None)[0]
-    left = third[good] - lagged[good] @ slopes
-    return float(max(np.median(np.abs(left)) / NORMAL / THIRD, LEAST_V))
+    places = range(-max(reach, 1), max(reach, 1) + 1)
+    good = slice(places.stop - 1, third.size - places.stop + 1)
+    lagged = np.column_stack([np.roll(drive, k)[good] for k in places])
+    slopes = np.linalg.lstsq(lagged, third[good], rcond=None)[0]
+    left = third[good] - lagged @ slopes
+    freedom = left.size / (left.size - lagged.shape[1])
+    return float(max(np.median(np.abs(left)) / NORMAL / THIRD * sqrt(freedom), LEAST_V))
 
 
 def step_V(voltage_V: FloatArray) -> float:
@@ -104,8 +108,7 @@ class Whitener:
         predicted = self._predicted_variance(keep)
         whole = predicted + self.noise.white_V**2
         gain = predicted / whole
-        top, bottom = [1.0, -keep], [1.0, -keep * (1.0 - gain)]
-        parts = [lfilter(top, bottom, columns[p], axis=0) for p in self.pieces]
+        parts = [_filtered(columns[p], keep, keep * (1.0 - gain)) for p in self.pieces]
         return np.asarray(
             np.concatenate([np.zeros((0, columns.shape[1])), *parts]) / np.sqrt(whole)
         )
@@ -120,6 +123,15 @@ class Whitener:
         white, fresh = self.noise.white_V**2, self.noise.slow_V**2 * (1 - keep**2)
         half = (white * (1 - keep**2) - fresh) / 2
         return float(-half + np.sqrt(half**2 + white * fresh))
+
+
+def _filtered(x: FloatArray, top: float, bottom: float) -> FloatArray:
+    """(n, k) y of y[n] - bottom y[n - 1] = x[n] - top x[n - 1], nothing before the first."""
+    made = x.copy()
+    made[1:] -= top * x[:-1]
+    bands = np.ones((2, x.shape[0]))
+    bands[1] = -bottom
+    return np.asarray(solve_banded((1, 0), bands, made))
 
 
 def whitener(time_s: FloatArray, judged: BoolArray, noise: Noise) -> Whitener:

@@ -5,15 +5,17 @@ from dataclasses import replace
 
 import numpy as np
 
-from twin.mismatch.fit import Data
-from twin.mismatch.flight import BoolArray, Flight, MismatchError
-from twin.mismatch.noise import Noise, step_V, white_V, whitener
+from twin.mismatch.fit import Data, Fitted
+from twin.mismatch.flight import BoolArray, Flight, FloatArray, MismatchError
+from twin.mismatch.noise import Noise, Whitener, step_V, white_V, whitener
+from twin.mismatch.problem import Problem
 from twin.simulate import simulate
 
 SLOW_V = 3e-4  # a cell: error of the twin against converged solutions, tests/reference
 SLOW_S = 20.0
 BLOCKS = 6  # of a single recording; the even ones are held out
 GAP_S = 5.0  # between blocks, longer than what is remembered in the fast part of a residual
+SHARPER = 0.9  # of the noise that was thought
 LEAST_SAMPLES = 50
 LEAST_S = 15.0
 
@@ -71,15 +73,38 @@ def noise_of(flight: Flight, slow_V: float | None) -> Noise:
     residual_V = np.full(flight.time_s.size, np.nan)
     n = simulated_V.size
     residual_V[:n] = flight.voltage_V[:n] - simulated_V
+    return Noise(
+        white_V=_white_V(flight, residual_V),
+        slow_V=SLOW_V * flight.pack.series if slow_V is None else slow_V,
+        slow_s=SLOW_S,
+    )
+
+
+def sharpened(data: Data, best: Fitted) -> Data | None:
+    """With the noise by what `best` leaves; None if that is hardly less than it was.
+
+    What follows the current in a way that the twin as configured has not looks like noise at first.
+    """
+
+    def of(
+        problem: Problem, q: FloatArray, own: tuple[tuple[Flight, Whitener], ...]
+    ) -> tuple[tuple[Flight, Whitener], ...]:
+        whites = [_white_V(flight, problem.residual_V(q, k)) for k, (flight, _) in enumerate(own)]
+        return tuple(
+            (flight, replace(w, noise=replace(w.noise, white_V=min(white, w.noise.white_V))))
+            for (flight, w), white in zip(own, whites, strict=True)
+        )
+
+    finer = Data(of(best.problem, best.q, data.fitted), of(best.judge, best.ahead_q, data.held_out))
+    return finer if finer.noise_V < SHARPER * data.noise_V else None
+
+
+def _white_V(flight: Flight, residual_V: FloatArray) -> float:
     counted = flight.judged & np.isfinite(residual_V)
     dt = np.diff(flight.time_s[counted])
     period_s = float(np.median(dt)) if dt.size else 1.0
     white = white_V(residual_V[counted], flight.load.current_A[counted], period_s)
-    return Noise(
-        white_V=max(white, step_V(flight.voltage_V) / np.sqrt(12.0)),
-        slow_V=SLOW_V * flight.pack.series if slow_V is None else slow_V,
-        slow_s=SLOW_S,
-    )
+    return float(max(white, step_V(flight.voltage_V) / np.sqrt(12.0)))
 
 
 def _blocks(flight: Flight) -> tuple[BoolArray, BoolArray]:

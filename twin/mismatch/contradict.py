@@ -1,0 +1,49 @@
+"""Do the recordings contradict each other? Each alone, where together they stay unexplained."""
+
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+
+from twin.mismatch.choose import models, scale_of
+from twin.mismatch.decide import Decision, decide
+from twin.mismatch.finding import NamedEffect, Verdict
+from twin.mismatch.flight import Flight, MismatchError
+from twin.mismatch.hypothesis import Hypothesis
+from twin.mismatch.split import split
+
+
+def contradiction(
+    together: Decision, flights: Sequence[Flight], hypotheses: Sequence[Hypothesis], *,
+    slow_V: float | None, progress: Callable[[tuple[str, ...]], None],
+) -> tuple[Decision, tuple[str, ...]]:  # fmt: skip
+    """`together`, or that it is ambiguous, with what each recording says.
+
+    It is if every recording alone is at the noise with one effect at most: then what is unexplained
+    is only that they do not agree.
+    """
+    own = {flight.name: flight for flight in flights}
+    if together.verdict is not Verdict.UNKNOWN or len(own) == 1:
+        return together, ()
+    alone: dict[str, Decision] = {}
+    for name, flight in own.items():
+        try:
+            data = split([flight], (), slow_V=slow_V)
+        except MismatchError:
+            return together, ()
+        found = models(data, hypotheses, most_effects=1, progress=progress)
+        alone[name] = decide(found, scale_of(m.fitted for m in found), data.noise_V)
+        if alone[name].verdict is Verdict.UNKNOWN:
+            return together, ()
+    effects: dict[str, NamedEffect] = {}
+    for decision in alone.values():
+        effects |= {e.id: e for e in decision.effects}
+    remarks = tuple(f"{name} alone: {_words(decision)}" for name, decision in alone.items())
+    return replace(together, verdict=Verdict.AMBIGUOUS, effects=tuple(effects.values())), remarks
+
+
+def _words(decision: Decision) -> str:
+    if not decision.effects:
+        return "nothing left out"
+    return "; ".join(
+        f"{e.id} with {', '.join(f'{v.name} {v.value:.3g} +- {v.std:.1g}' for v in e.parameters)}"
+        for e in decision.effects
+    )
