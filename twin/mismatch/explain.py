@@ -16,18 +16,20 @@ from twin.mismatch.hypothesis import HYPOTHESES, Hypothesis
 from twin.mismatch.locate import Answer, drivers, shared, spans, terms
 from twin.mismatch.noise import Whitener
 from twin.mismatch.parts import parts
+from twin.mismatch.screen import promising
 from twin.mismatch.split import split
 from twin.simulate import simulate
 
 SHOWN_DRIVERS = 5
+SHORT = 2
 MOST_COMPARED = 3  # candidates between which a test is looked for
 Judged = tuple[FloatArray, Answer]
 
 
-def explain(
+def explain(  # noqa: PLR0913
     fitted: Sequence[Flight], held_out: Sequence[Flight] = (), *,
     hypotheses: Sequence[Hypothesis] = HYPOTHESES, slow_V: float | None = None,
-    progress: Callable[[tuple[str, ...]], None] = lambda _: None,
+    progress: Callable[[tuple[str, ...]], None] = lambda _: None, short: bool = False,
 ) -> Finding:  # fmt: skip
     """Where twin and recordings differ, what was left out, and how much better it then fits.
 
@@ -37,11 +39,14 @@ def explain(
         hypotheses: what may be named.
         slow_V: the twin's own error, see `split`.
         progress: told the ids of each model before it is fitted.
+        short: fit only the SHORT hypotheses that promise most by their sensitivities.
 
     Raises:
         MismatchError: too little to judge.
     """
     data = split(fitted, held_out, slow_V=slow_V)
+    if short:
+        hypotheses = promising(data, hypotheses, SHORT)
     found = models(data, hypotheses, progress=progress)
     scale = scale_of(m.fitted for m in found)
     null = next(m for m in found if not m.ids)
