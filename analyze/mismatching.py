@@ -45,6 +45,8 @@ def mismatch_of(
         voltage_V=played.recorded_V,
         judged=played.judged,
         motion=motions_at(played.load.time_s, segments),
+        temperature_K=recording.temperature_K,
+        cell_voltage_V=recording.cell_voltage_V,
     )
     as_configured = use.fitting is None
     try:

@@ -191,6 +191,8 @@ def flight_of(drawn: Drawn, name: str) -> Flight:
         voltage_V=drawn.recorded_V,
         judged=drawn.judged,
         motion=motions_at(drawn.load.time_s, drawn.segments),
+        temperature_K=drawn.temperature_K,
+        cell_voltage_V=drawn.cell_voltage_V,
     )
 
 
