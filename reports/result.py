@@ -400,6 +400,8 @@ class CandidatePart(_Part):
     holdout_rmse_mv: float | None
     delta_bic: float | None
     probability: Share
+    excess: float | None
+    """Variance of what it leaves over what noise and the twin's own error would leave."""
 
 
 class TermPart(_Part):

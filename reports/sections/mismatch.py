@@ -11,10 +11,10 @@ from twin.mismatch import Finding, Verdict
 
 SHOWN = 5
 FURTHER = (
-    "This is the short form: one flight, of which blocks are fitted and held out in turn, and the "
-    "effects that need no equations beyond those of the replay. `twin explain` takes several "
-    "flights of a pack, tries every effect and its combinations, and writes down what would change "
-    "in the pack file."
+    "This is the short form, from one flight of which blocks are fitted and held out in turn. Of "
+    "every effect that needs no further equations only the first step of a fit was made, and a "
+    "whole fit of the most promising one. `twin explain` fits all, takes several flights of a pack, "
+    "tries combinations, and writes a pack file with what was found."
 )
 
 

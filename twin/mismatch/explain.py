@@ -16,12 +16,11 @@ from twin.mismatch.hypothesis import HYPOTHESES, Hypothesis
 from twin.mismatch.locate import Answer, drivers, shared, spans, terms
 from twin.mismatch.noise import Whitener
 from twin.mismatch.parts import parts
-from twin.mismatch.screen import promising
+from twin.mismatch.screen import alike, promised, widened
 from twin.mismatch.split import split
 from twin.simulate import simulate
 
 SHOWN_DRIVERS = 5
-SHORT = 2
 MOST_COMPARED = 3  # candidates between which a test is looked for
 Judged = tuple[FloatArray, Answer]
 
@@ -39,14 +38,18 @@ def explain(  # noqa: PLR0913
         hypotheses: what may be named.
         slow_V: the twin's own error, see `split`.
         progress: told the ids of each model before it is fitted.
-        short: fit only the SHORT hypotheses that promise most by their sensitivities.
+        short: of all hypotheses one step of a fit is made, and a whole fit only of the one that
+            promises most; those that the step does not tell from it are its equivalents.
 
     Raises:
         MismatchError: too little to judge.
     """
     data = split(fitted, held_out, slow_V=slow_V)
-    if short:
-        hypotheses = promising(data, hypotheses, SHORT)
+    like: tuple[str, ...] = ()
+    if short and hypotheses:
+        gains = promised(data, hypotheses)
+        like, best_id = alike(gains), next(iter(gains))
+        hypotheses = [h for h in hypotheses if h.id == best_id]
     found = models(data, hypotheses, progress=progress)
     scale = scale_of(m.fitted for m in found)
     null = next(m for m in found if not m.ids)
@@ -54,6 +57,7 @@ def explain(  # noqa: PLR0913
         decide(found, scale, data.noise_V), (*fitted, *held_out), hypotheses, slow_V=slow_V,
         progress=progress,
     )  # fmt: skip
+    decision = widened(decision, like)
     best = decision.model.fitted
     start = np.zeros(null.fitted.problem.size)
     answers = _answers(null.fitted)
