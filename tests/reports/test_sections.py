@@ -237,7 +237,12 @@ def said(of: Finding) -> str:
 def test_the_mismatch_is_told_in_short_with_where_it_lies(verdict: Verdict) -> None:
     own = replace(finding(verdict), courses=(course_of("a.ulg", ahead=True),))
     text = said(own)
-    assert ("lies in vertical motion, which is" in text) == (verdict is not Verdict.NONE)
+    # 55 % of the mismatch in the 50 of the 114.9 s that count
+    assert ("It is there all through the flight" in text) == (verdict is not Verdict.NONE)
+    short = replace(own.spans[0], share=0.9) if own.spans else None
+    if short:
+        text = said(replace(own, spans=(short,)))
+        assert "90 % lies in the vertical stretches, which make 44 % of the flight" in text
     section = mismatch(example.report(mismatch=own))
     assert [f.svg[:5] for f in section.figures] == ["<svg "]
     assert "twin explain" in section.notes[0]
