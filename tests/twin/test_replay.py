@@ -90,6 +90,13 @@ def test_units_temperature_and_cells_are_read_and_the_air_is_not_the_pack() -> N
     np.testing.assert_allclose(table.temperature_K, [293.15, 294.15])
 
 
+def test_units_change_nothing() -> None:
+    plain = read("time_s,current_A,voltage_V\n0,0.5,16.2\n1.5,20,15.4\n")
+    scaled = read("Time / ms,Current / mA,Voltage / mV\n0,500,16200\n1500,20000,15400\n")
+    for name in ("time_s", "current_A", "voltage_V"):
+        np.testing.assert_allclose(getattr(scaled, name), getattr(plain, name))
+
+
 def test_lines_that_cannot_be_used_are_left_out_and_told() -> None:
     table = read("time_s,current_A,voltage_V\n0,0,4\n1,1,4\n1,2,3.9\n2,nan,3.8\n3,2,3.7\n4,2\n5")
     np.testing.assert_array_equal(table.time_s, [0.0, 1.0, 3.0, 4.0])
