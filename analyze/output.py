@@ -10,7 +10,7 @@ from pydantic import ValidationError
 from analyze.columns import as_parquet, replay_columns
 from reports.fleet import Fleet, FleetFlight, charge_ah, fleet_page
 from reports.flight import FlightReport
-from reports.page import flight_page
+from reports.flight_page import flight_page
 from reports.render import render
 from reports.result import Result
 from reports.results import result_of
@@ -99,6 +99,8 @@ FLEET_SCHEMA = pa.schema(
         ("voltage_rmse_mv", pa.float64()),
         ("max_error_mv", pa.float64()),
         ("replay_status", pa.string()),
+        ("mismatch", pa.string()),
+        ("mismatch_effects", pa.string()),
         ("warnings", pa.int64()),
     ]
 )
@@ -120,6 +122,10 @@ def _fleet_row(flight: FleetFlight) -> Mapping[str, object]:
         "voltage_rmse_mv": result.replay.voltage_rmse_mv,
         "max_error_mv": result.replay.max_error_mv,
         "replay_status": result.replay.status,
+        "mismatch": result.mismatch.verdict if result.mismatch else None,
+        "mismatch_effects": "+".join(e.id for e in result.mismatch.effects)
+        if result.mismatch
+        else None,
         "warnings": len(result.quality.warnings),
     }
 

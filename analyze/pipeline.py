@@ -7,6 +7,7 @@ from pathlib import Path
 from analyze.assessing import damage_of
 from analyze.conceal import Channel, without
 from analyze.fitting import fitted
+from analyze.mismatching import mismatch_of
 from analyze.names import printable
 from analyze.pack_choice import DEFAULT_CELL, PackChoice, cell_of
 from analyze.replaying import gaps_of, replay
@@ -112,7 +113,7 @@ def read_flight(source: Source) -> Flight:
 
 
 def analyse(inputs: Inputs, *, clock: Callable[[], float]) -> FlightReport:
-    """Read, align, cut, replay, judge the damage; without a pack file the pack is fitted first.
+    """Read, align, cut, replay, compare, judge the damage; without a pack file a fit comes first.
 
     Args:
         inputs: files and options.
@@ -128,12 +129,14 @@ def analyse(inputs: Inputs, *, clock: Callable[[], float]) -> FlightReport:
     use, played = flight.use, replay(flight.recording, flight.use, flight.cell)
     if inputs.pack is None:
         use, played = fitted(flight.recording, use, flight.cell, played)
+    pack = pack_of(use, flight.cell)
+    mismatch = mismatch_of(flight.recording, segments, use, pack, played)
     profiles = periodic_profiles(flight.recording, segments)
     damage, no_damage = damage_of(
         flight.recording,
         segments,
         profiles,
-        (pack_of(use, flight.cell), played.load),
+        (pack, played.load),
         thorough=inputs.thorough,
     )
     return FlightReport(
@@ -148,6 +151,7 @@ def analyse(inputs: Inputs, *, clock: Callable[[], float]) -> FlightReport:
         provenance=_provenance(inputs, played, clock() - began),
         damage=damage,
         no_damage=no_damage,
+        mismatch=mismatch,
     )
 
 

@@ -11,6 +11,7 @@ from twin.bpx_file import open_circuit_V
 from twin.cell import Cell
 from twin.constants import ZERO_CELSIUS_K
 from twin.effects import SelfHeating
+from twin.load_csv import LoadTable
 from twin.pack import Pack
 from twin.pack_file import PackFile, effects_of, mechanics_of
 
@@ -21,6 +22,7 @@ REST_SHARE = 0.25
 REST_S = 10.0  # from the first voltage on: later the avionics have drawn charge
 REST_SAMPLES = 3
 BEYOND_V = 0.02  # a cell: what the voltage dividers of autopilots are off by anyway
+QUIET_RATE = 0.005  # C: what a cycler's channel reads at rest
 SOC_STEPS = 2001  # 0.05 % of charge, below what any voltage can tell
 
 
@@ -34,18 +36,22 @@ class Known:
 
 
 def pack_use(
-    recording: Recording | None, file: PackFile | None, cell: Cell, *, builtin: bool
-) -> PackUse:
+    recording: Recording | None, file: PackFile | None, cell: Cell, *, builtin: bool,
+    table: LoadTable | None = None,
+) -> PackUse:  # fmt: skip
     """Every number of the pack: from the pack file, else from the log, else a stated default.
 
-    One of `recording` and `file` may be None: a load that is no recording says nothing of the pack.
+    One of `recording` and `file` may be None; in place of a recording a `table` tells how the pack
+    started, where it has temperature and voltage.
     """
     parallel = file.pack.parallel if file else 1
     series, series_origin = _series(recording, file)
     capacity = _capacity(recording, file, cell, parallel)
-    start = _temperature(recording, file)
+    measured = recording or table
+    start = _temperature(measured.temperature_K if measured else None, file)
     ambient = _ambient(file, start)
-    soc = _soc(recording, file, cell, series)
+    rest = rest_voltage(recording) if recording else _first_rest(table, capacity.value)
+    soc = _soc(rest, file, cell, series)
     transfer = _heat_transfer(file)
     return PackUse(
         name=file.pack.name if file else "",
@@ -111,8 +117,7 @@ def _capacity(
     return Known(value=cell.nominal_capacity_C * parallel, origin=origin, known=False)
 
 
-def _temperature(recording: Recording | None, file: PackFile | None) -> Known:
-    measured = recording.temperature_K if recording else None
+def _temperature(measured: FloatArray | None, file: PackFile | None) -> Known:
     if measured is not None and np.isfinite(measured).any():
         first = measured[np.isfinite(measured)][0]
         return Known(value=float(first), origin="first measured temperature of the pack")
@@ -138,10 +143,9 @@ def _heat_transfer(file: PackFile | None) -> Known:
     return Known(value=default, origin="not known: the default of the effect")
 
 
-def _soc(recording: Recording | None, file: PackFile | None, cell: Cell, series: int) -> Known:
+def _soc(rest: Known | None, file: PackFile | None, cell: Cell, series: int) -> Known:
     if file and file.start.soc is not None:
         return Known(value=file.start.soc, origin="pack file")
-    rest = rest_voltage(recording) if recording else None
     if rest is None:
         return Known(value=1.0, origin="not known: a full pack assumed", known=False)
     one = rest.value / series
@@ -178,6 +182,18 @@ def rest_voltage(recording: Recording) -> Known | None:
             known=False,
         )
     return None
+
+
+def _first_rest(table: LoadTable | None, capacity_C: float) -> Known | None:
+    """The voltage at the end of the rest a table begins with; None if it begins with none [V]."""
+    if table is None or table.voltage_V is None:
+        return None
+    loaded = np.abs(table.current_A) > QUIET_RATE * capacity_C / 3600
+    before = int(np.argmax(loaded)) if loaded.any() else loaded.size
+    measured = table.voltage_V[:before][np.isfinite(table.voltage_V[:before])]
+    if not measured.size:
+        return None
+    return Known(value=float(measured[-1]), origin="from the voltage at rest at the start")
 
 
 def soc_at(cell: Cell, voltage_V: float) -> float:

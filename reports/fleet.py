@@ -4,9 +4,10 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from urllib.parse import quote
 
+from reports.mismatch.words import listed, name, percent
 from reports.page import Page
 from reports.quantity import MISSING, fixed, minutes
-from reports.result import LoadPart, MotionPart, Result
+from reports.result import LoadPart, MismatchPart, MotionPart, Result
 from reports.section import Cell, Column, Row, Section, Table
 
 FLIGHT_COLUMNS = (
@@ -19,6 +20,7 @@ FLIGHT_COLUMNS = (
     Column(title="vertical [s]"),
     Column(title="horizontal [s]"),
     Column(title="replay error, RMS [mV]"),
+    Column(title="what the twin misses", numeric=False),
     Column(title="warnings"),
 )
 FAILURE_COLUMNS = (
@@ -122,10 +124,21 @@ def _flight_row(flight: FleetFlight) -> tuple[Cell, ...]:
         fixed(charge_ah(result.segments), 3),
         *(_time(part) for part in (motions.hover, motions.vertical, motions.horizontal)),
         fixed(replay.voltage_rmse_mv, 1) + stopped,
+        missed(result.mismatch),
         str(len(result.quality.warnings)),
     )
     link = Cell(text=result.flight.file, href=f"{_quoted(flight.folder)}/report.html")
     return (link, *(Cell(text=text) for text in texts))
+
+
+def missed(part: MismatchPart | None) -> str:
+    """The verdict in a cell; what is named with its probability."""
+    if part is None:
+        return MISSING
+    if part.verdict not in ("named", "ambiguous"):
+        return {"none": "nothing"}.get(part.verdict, "not known")
+    said = listed([f"{name(e.id)} ({percent(e.probability)})" for e in part.effects])
+    return said if part.verdict == "named" else f"not settled: {said}"
 
 
 def _time(part: MotionPart | None) -> str:

@@ -10,6 +10,7 @@ from segment.segment import Motion, Segment
 from twin.calibrate.flight import FlightFit, NotFitted
 from twin.damage import Study
 from twin.effects import AnyEffect, Mechanics
+from twin.mismatch import Finding
 from twin.replay import Replay
 
 ASSESSED = (Motion.HOVER, Motion.VERTICAL, Motion.HORIZONTAL)
@@ -132,6 +133,13 @@ class Provenance:
     seconds: float
 
 
+@dataclass(frozen=True, slots=True)
+class NoMismatch:
+    """Why twin and recording were not compared, in a sentence."""
+
+    reason: str
+
+
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class FlightReport:
     """One analysed flight.
@@ -148,6 +156,7 @@ class FlightReport:
         provenance: what made this result.
         damage: what it did to the pack; None if that could not be told.
         no_damage: why, in a sentence; "" if it was told.
+        mismatch: where twin and recording differ, or why that was not judged.
     """
 
     log: FlightLog
@@ -161,3 +170,4 @@ class FlightReport:
     provenance: Provenance
     damage: Study | None = None
     no_damage: str = ""
+    mismatch: Finding | NoMismatch = NoMismatch("It was not looked for.")

@@ -33,6 +33,7 @@ MOTION_COLOUR = {
 MEASURED, COMMANDED, SIMULATED = "#1b1b1b", "#d55e00", "#0072b2"
 DRAWN_GAP_S = 2.0  # a line across a longer stretch without samples would be an invention
 WIDTH_IN = 11.0
+ROW_IN = 0.235  # height of a row of text
 COLUMNS = 1000  # drawn width in pixels: finer detail than a column of the screen cannot be seen
 DECIMALS = re.compile(r"(\.\d\d)\d+")  # a hundredth of a point is finer than any screen
 HASH = re.compile(r"(?<=[\"#])[pm][0-9a-f]{10}(?=[\")])")
@@ -192,3 +193,10 @@ def to_svg(canvas: Canvas, name: str, *, text_as_paths: bool = False) -> str:
     svg = re.sub(r'(<svg\b[^>]*?) width="[^"]*"', r"\1", svg, count=1)
     svg = re.sub(r'(<svg\b[^>]*?) height="[^"]*"', r"\1", svg, count=1)
     return svg.replace("<svg ", '<svg aria-hidden="true" ', 1)
+
+
+def named_rows(ax: "Axes", names: Sequence[str]) -> None:
+    """Names at the left of rows 0, 1, ... from above."""
+    ax.set_yticks(range(len(names)), list(names), parse_math=False)
+    ax.set_ylim(len(names) - 0.4, -0.6)
+    ax.tick_params(axis="y", length=0)

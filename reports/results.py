@@ -5,7 +5,7 @@ import math
 import numpy as np
 
 from reports.damage import assessment_part, damage_part, relative_part
-from reports.flight import ASSESSED, FlightReport
+from reports.flight import ASSESSED, FlightReport, NoMismatch
 from reports.motions import motion_loads
 from reports.result import (
     AlignmentPart,
@@ -15,6 +15,7 @@ from reports.result import (
     GapsPart,
     LithiumPart,
     LoadPart,
+    MismatchPart,
     MotionPart,
     MotionsPart,
     PackPart,
@@ -30,6 +31,7 @@ from reports.result import (
 from segment.segment import LoadStatistics, Segment
 from twin.calibrate.flight import NotFitted
 from twin.constants import ZERO_CELSIUS_K
+from twin.mismatch import Finding, finding_json
 from twin.replay import Replay
 
 
@@ -44,8 +46,15 @@ def result_of(report: FlightReport) -> Result:
         motions=_motions(report),
         replay=_replay(report.replay),
         assessment=assessment_part(report.damage),
+        mismatch=_mismatch(report.mismatch),
         provenance=_provenance(report),
     )
+
+
+def _mismatch(found: Finding | NoMismatch) -> MismatchPart | None:
+    if isinstance(found, NoMismatch):
+        return None
+    return MismatchPart.model_validate(finding_json(found))
 
 
 def _flight(report: FlightReport) -> FlightPart:

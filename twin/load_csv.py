@@ -1,4 +1,4 @@
-"""A load from a CSV file: a time, a current, and the voltage if it was measured."""
+"""A load from a CSV file: time and current, and the voltage and what else was measured."""
 
 import csv
 from collections.abc import Sequence
@@ -8,25 +8,45 @@ from typing import TextIO
 import numpy as np
 import numpy.typing as npt
 
+from twin.calibrate.table import (
+    NOT_OF_THE_PACK,
+    QUANTITIES,
+    CalibrationError,
+    Place,
+    cell_columns,
+    column_of,
+    named,
+)
 from twin.load import Between, Load, LoadError
 
 FloatArray = npt.NDArray[np.float64]
+Lines = Sequence[tuple[int, Sequence[str]]]
 
-# Our name -> the headers that mean it: our own tables and the Battery Data Format.
-HEADERS = {
-    "time_s": ("time_s", "test time / s"),
-    "current_A": ("current_a", "current / a"),
-    "voltage_V": ("voltage_v", "recorded_v", "voltage / v"),
-}
+EXACT = {"time_s": ("time_s",), "current_A": ("current_a",), "voltage_V": ("voltage_v",)}
+"""Headers of our own tables, which count before others with the same quantity."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class LoadTable:
-    """The columns of a file: (n,) each, the voltage NaN where it is empty, or None."""
+    """The columns of a file, SI, discharge positive.
+
+    NaN is where a cell is empty, None where there is no such column.
+
+    Attributes:
+        time_s: (n,) increasing.
+        current_A: (n,)
+        voltage_V: (n,) at the terminals.
+        temperature_K: (n,) of the pack.
+        cell_voltage_V: (n, cells)
+        remarks: what was left out or turned round, in words.
+    """
 
     time_s: FloatArray
     current_A: FloatArray
     voltage_V: FloatArray | None
+    temperature_K: FloatArray | None = None
+    cell_voltage_V: FloatArray | None = None
+    remarks: tuple[str, ...] = ()
 
     def load(self, *, between: Between, ambient_K: float) -> Load:
         """As the twin takes it; LoadError if it cannot."""
@@ -36,40 +56,133 @@ class LoadTable:
 
 
 def read_load_csv(stream: TextIO, *, name: str) -> LoadTable:
-    """Columns by their header; discharge current must be positive.
+    """Columns by what their header says of quantity and unit: "Current / A", "I[A]", "Time (s)".
 
-    LoadError, with the line, if a column is missing or a cell is no number.
+    Discharge current is positive; where the voltage says that it is negative, it is turned round.
+    Lines without time or current are left out, of lines with one time the last counts. Cells of
+    which each has a column ("Cell 1 / V") make the pack's voltage where no other column has it.
+
+    Raises:
+        LoadError: a column is missing, a cell is no number, or a clock goes back; with the line.
     """
     rows = csv.reader(stream)
-    header = [title.strip().casefold() for title in next(rows, [])]
-    places = {
-        ours: next((header.index(h) for h in known if h in header), None)
-        for ours, known in HEADERS.items()
-    }
+    try:
+        header = next(rows, [])
+        lines = [(rows.line_num, row) for row in rows if any(text.strip() for text in row)]
+        of_cells = cell_columns(header, name)
+    except (csv.Error, CalibrationError) as e:
+        raise LoadError(f"{name}: {str(e).removeprefix(f'{name}: ')}") from e
+    places = _places(header, of_cells)
     for ours in ("time_s", "current_A"):
-        if places[ours] is None:
-            expected = " or ".join(repr(h) for h in HEADERS[ours])
-            raise LoadError(f"{name}: no column {expected}; the first line has {header}")
-    table = [(rows.line_num, row) for row in rows if row]
-    columns = {ours: _column(table, place, ours, name) for ours, place in places.items()}
-    time_s, current_A = columns["time_s"], columns["current_A"]
-    assert time_s is not None  # both were looked for above
-    assert current_A is not None
-    return LoadTable(time_s=time_s, current_A=current_A, voltage_V=columns["voltage_V"])
+        if ours not in places:
+            units = " or ".join(QUANTITIES[ours][1])
+            raise LoadError(
+                f"{name}: no column {ours!r}, nor another with quantity and unit ({units}) in its "
+                f"header, such as 'Current / A'; the first line has {header}"
+            )
+    return _table(lines, places, of_cells, name)
 
 
-def _column(
-    table: Sequence[tuple[int, Sequence[str]]], place: int | None, ours: str, name: str
-) -> FloatArray | None:
-    if place is None:
-        return None
-    out = np.full(len(table), np.nan)
-    for k, (line, row) in enumerate(table):
-        text = row[place].strip() if place < len(row) else ""
-        if not text and ours == "voltage_V":
-            continue
+def _places(header: Sequence[str], of_cells: Sequence[Place]) -> dict[str, Place]:
+    """Our name -> column, of those there are."""
+    taken = {place for place, _, _ in of_cells}
+    own = [
+        "" if k in taken or NOT_OF_THE_PACK.search(named(title)[0]) else title
+        for k, title in enumerate(header)
+    ]
+    plain = [title.strip().lstrip("\ufeff").casefold() for title in own]
+    out = {}
+    for ours in QUANTITIES:
+        exact = next((plain.index(h) for h in EXACT.get(ours, ()) if h in plain), None)
+        place = (exact, 1.0, 0.0) if exact is not None else column_of(own, ours)
+        if place is not None:
+            out[ours] = place
+    return out
+
+
+def _table(
+    lines: Lines, places: dict[str, Place], of_cells: Sequence[Place], name: str
+) -> LoadTable:
+    time_s = _column(lines, places["time_s"], "time_s", name)
+    current_A = _column(lines, places["current_A"], "current_A", name)
+    whole = np.isfinite(time_s) & np.isfinite(current_A)
+    if not whole.any():
+        raise LoadError(f"{name}: no line has a time and a current")
+    _check_clock(
+        time_s[whole], [line for (line, _), w in zip(lines, whole, strict=True) if w], name
+    )
+    kept = np.flatnonzero(whole)
+    kept = kept[np.append(np.diff(time_s[kept]) > 0, [True])]
+    columns = {
+        ours: _column(lines, places[ours], ours, name)[kept]
+        for ours in ("voltage_V", "temperature_K")
+        if ours in places
+    }
+    cells = [_column(lines, p, f"cell {k}", name)[kept] for k, p in enumerate(of_cells, start=1)]
+    cells_V = np.column_stack(cells) if cells else None
+    voltage_V = columns.get("voltage_V")
+    if voltage_V is None and cells_V is not None:
+        voltage_V = cells_V.sum(axis=1)
+    time_s, current_A = time_s[kept], current_A[kept]
+    turned = voltage_V is not None and charges(time_s, current_A, voltage_V)
+    return LoadTable(
+        time_s=time_s,
+        current_A=-current_A if turned else current_A,
+        voltage_V=voltage_V,
+        temperature_K=columns.get("temperature_K"),
+        cell_voltage_V=cells_V,
+        remarks=(
+            *_left_out(whole.size - int(whole.sum()), "have no time or no current"),
+            *_left_out(int(whole.sum()) - kept.size, "have the time of the line after them"),
+            *((TURNED,) if turned else ()),
+        ),
+    )
+
+
+TURNED = "In this file discharge current is negative, as its voltage shows: it was turned round."
+
+
+def _left_out(count: int, why: str) -> tuple[str, ...]:
+    return (f"Lines that {why} are left out: {count}.",) if count else ()
+
+
+def _check_clock(time_s: FloatArray, numbers: Sequence[int], name: str) -> None:
+    if (back := np.flatnonzero(np.diff(time_s) < 0)).size:
+        at = int(back[0])
+        raise LoadError(
+            f"{name}, line {numbers[at + 1]}: the clock goes back, from {time_s[at]:g} s to "
+            f"{time_s[at + 1]:g} s ({back.size} such lines): give one recording with its lines in "
+            "order"
+        )
+
+
+def charges(time_s: FloatArray, current_A: FloatArray, voltage_V: FloatArray) -> bool:
+    """Whether positive current charges, by voltages (n,) of which some may be NaN.
+
+    Voltage falls with discharge current and with charge that was drawn. Both together decide: a
+    clock that is off between current and voltage can turn the first round, but not their sum.
+    """
+    good = np.isfinite(voltage_V)
+    drawn_C = np.concatenate(
+        [[0.0], np.cumsum(np.diff(time_s) * (current_A[1:] + current_A[:-1]) / 2)]
+    )
+    columns = [c[good] - c[good].mean() for c in (current_A, drawn_C)] if good.any() else []
+    spreads = [float(c.std()) for c in columns]
+    moved = [c / s for c, s in zip(columns, spreads, strict=True) if s > 1e-9]
+    if not moved:
+        return False
+    slopes = np.linalg.lstsq(np.column_stack(moved), voltage_V[good], rcond=None)[0]
+    return bool(np.sum(slopes) > 0)
+
+
+def _column(lines: Lines, place: Place, ours: str, name: str) -> FloatArray:
+    """(n,) SI; NaN where a cell is empty or says so."""
+    where, factor, offset = place
+    out = np.full(len(lines), np.nan)
+    for k, (line, row) in enumerate(lines):
+        text = row[where].strip() if where < len(row) else ""
         try:
-            out[k] = float(text)
+            out[k] = float(text) if text else np.nan
         except ValueError as e:
             raise LoadError(f"{name}, line {line}: {ours} is {text!r}, no number") from e
-    return out
+    return np.where(np.isfinite(out), out * factor + offset, np.nan)

@@ -26,7 +26,7 @@ from segment import Segment, cut
 from twin.bpx_file import CellError
 from twin.constants import ZERO_CELSIUS_K
 from twin.load import MAX_STEP_S, Between, Load, LoadError
-from twin.load_csv import read_load_csv
+from twin.load_csv import LoadTable, read_load_csv
 from twin.pack import Pack, PackError
 from twin.protocol import ProtocolError
 
@@ -62,6 +62,8 @@ class Drawn:
         use: its numbers, and where each comes from.
         doubts: what is doubtful in the files, in words.
         segments: of a log, cut by motion.
+        temperature_K: (n,) of the pack, NaN where it was not measured; None if it never was.
+        cell_voltage_V: (n, cells) likewise.
     """
 
     name: str
@@ -72,6 +74,8 @@ class Drawn:
     use: PackUse
     doubts: tuple[str, ...]
     segments: tuple[Segment, ...] = ()
+    temperature_K: FloatArray | None = None
+    cell_voltage_V: FloatArray | None = None
 
 
 @contextmanager
@@ -112,6 +116,8 @@ def _of_log(log: Path, ask: Ask, choice: PackChoice) -> Drawn:
         use=flight.use,
         doubts=tuple(w.message for w in recording.warnings),
         segments=cut(recording),
+        temperature_K=recording.temperature_K,
+        cell_voltage_V=recording.cell_voltage_V,
     )
 
 
@@ -128,26 +134,51 @@ def _of_csv(ask: Ask, choice: PackChoice) -> Drawn:
             table = read_load_csv(stream, name=name)
     except UnicodeDecodeError as e:
         raise LoadError(f"{name}: neither a flight log nor a CSV") from e
-    pack, use, remarks = pack_alone(choice)
+    table = _without(table, ask.concealed)
+    cell, remarks = cell_of(choice.cell)
+    use = pack_use(None, choice.file, cell, builtin=isinstance(choice.cell, str), table=table)
     n = table.time_s.size
     return Drawn(
         name=name,
         load=table.load(between=Between(ask.between), ambient_K=use.ambient_K),
         recorded_V=np.full(n, np.nan) if table.voltage_V is None else table.voltage_V,
         judged=np.ones(n, dtype=bool),
-        pack=pack,
+        pack=pack_of(use, cell),
         use=use,
-        doubts=remarks,
+        doubts=(*table.remarks, *remarks),
+        temperature_K=table.temperature_K,
+        cell_voltage_V=table.cell_voltage_V,
     )
+
+
+def _without(table: LoadTable, concealed: frozenset[Channel]) -> LoadTable:
+    """As if these columns were not there."""
+    if Channel.TEMPERATURE in concealed:
+        table = replace(table, temperature_K=None)
+    return replace(table, cell_voltage_V=None) if Channel.CELLS in concealed else table
 
 
 def _refined(drawn: Drawn) -> Drawn:
     """With samples added where they lie further apart than a step of the kernel."""
     fine = drawn.load.refined(MAX_STEP_S)
     where = np.searchsorted(fine.time_s, drawn.load.time_s)
-    voltage, judged = np.full(fine.time_s.shape, np.nan), np.zeros(fine.time_s.shape, dtype=bool)
-    voltage[where], judged[where] = drawn.recorded_V, drawn.judged
-    return replace(drawn, load=fine, recorded_V=voltage, judged=judged)
+    judged = np.zeros(fine.time_s.shape, dtype=bool)
+    judged[where] = drawn.judged
+
+    def spread(values: FloatArray) -> FloatArray:
+        out = np.full((fine.time_s.size, *values.shape[1:]), np.nan)
+        out[where] = values
+        return out
+
+    warm, cells = drawn.temperature_K, drawn.cell_voltage_V
+    return replace(
+        drawn,
+        load=fine,
+        recorded_V=spread(drawn.recorded_V),
+        judged=judged,
+        temperature_K=None if warm is None else spread(warm),
+        cell_voltage_V=None if cells is None else spread(cells),
+    )
 
 
 def in_air(celsius: float | None, pack: Pack, load: Load) -> tuple[Pack, Load]:

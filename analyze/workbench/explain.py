@@ -10,9 +10,11 @@ from pathlib import Path
 from typing import Any
 
 import click
+import numpy as np
 
 from analyze.checks import WrongUse, checked_pack, make_writable
 from analyze.conceal import Channel
+from analyze.mismatching import BUILT_IN
 from analyze.names import printable
 from analyze.pack_choice import PackChoice
 from analyze.workbench.drawn import Ask, Drawn, pack_lines, read_drawn, refusing
@@ -22,6 +24,7 @@ from analyze.workbench.watch import watching
 from reports.mismatch import mismatch_page
 from reports.render import render
 from segment import motions_at
+from twin.constants import ZERO_CELSIUS_K
 from twin.mismatch import (
     Finding,
     Flight,
@@ -35,6 +38,8 @@ from twin.mismatch import (
 )
 from twin.whole_file import write_whole
 
+BEYOND_V = 0.5  # of a cell, outside its cut-offs: no sensor that is merely off
+WARMER_K = 2.0  # than the pack file says: more than a thermometer errs
 FILE, PAGE, REVEALED = "mismatch.json", "explain.html", "reveal.json"
 
 
@@ -136,10 +141,45 @@ def _drawn(
     )  # fmt: skip
     with refusing():
         drawn = read_drawn(ask, choice)
+    check_voltage(drawn)
+    drawn = replace(drawn, doubts=(*drawn.doubts, *_of_pack(drawn, choice)))
     click.echo(f"{drawn.name}\n{pack_lines(drawn.use)}")
     for text in drawn.doubts:
         click.echo(f"doubtful {text}", err=True)
     return drawn
+
+
+def check_voltage(drawn: Drawn) -> None:
+    """WrongUse if there is no voltage to compare with, or not that of so many cells."""
+    measured = drawn.recorded_V[drawn.judged & np.isfinite(drawn.recorded_V)]
+    if not measured.size:
+        raise WrongUse(
+            f"{drawn.name}: no voltage was recorded, so there is nothing to compare the twin with: "
+            "give a recording with one (a CSV needs a column such as 'Voltage / V')"
+        )
+    cell, series = drawn.pack.cell, drawn.pack.series
+    low_V, high_V = cell.lower_cut_off_V - BEYOND_V, cell.upper_cut_off_V + BEYOND_V
+    usual_V = float(np.median(measured))
+    if not low_V <= usual_V / series <= high_V:
+        fits = [n for n in range(1, 101) if low_V <= usual_V / n <= high_V]
+        hint = f"; it fits {' or '.join(map(str, fits[:3]))} in series" if fits else ""
+        raise WrongUse(
+            f"{drawn.name}: {usual_V:.3f} V is {usual_V / series:.3f} V a cell with {series} in "
+            f"series, but {cell.name} works from {cell.lower_cut_off_V} to "
+            f"{cell.upper_cut_off_V} V: check series in the pack file and the unit{hint}"
+        )
+
+
+def _of_pack(drawn: Drawn, choice: PackChoice) -> tuple[str, ...]:
+    """What is doubtful in the pack file beside this recording."""
+    out = [] if drawn.use.calibrated else [BUILT_IN]
+    stated_C, measured_C = choice.file.start.temperature_c, drawn.use.initial_K - ZERO_CELSIUS_K
+    if stated_C is not None and abs(measured_C - stated_C) > WARMER_K:
+        out.append(
+            f"The pack started at {measured_C:.1f} °C, as was measured, not at the {stated_C:g} °C "
+            "of the pack file: what is measured is taken."
+        )
+    return tuple(out)
 
 
 def flight_of(drawn: Drawn, name: str) -> Flight:
@@ -151,6 +191,8 @@ def flight_of(drawn: Drawn, name: str) -> Flight:
         voltage_V=drawn.recorded_V,
         judged=drawn.judged,
         motion=motions_at(drawn.load.time_s, drawn.segments),
+        temperature_K=drawn.temperature_K,
+        cell_voltage_V=drawn.cell_voltage_V,
     )
 
 

@@ -19,7 +19,6 @@ if TYPE_CHECKING:
 
 FloatArray = npt.NDArray[np.float64]
 
-ROW_IN = 0.235  # height of a row of text
 LONGEST = 22  # letters of a name in a drawing
 SMALL = 8.0  # points
 BRIGHT = 0.55  # luminance of a cell from which its text is black
@@ -85,13 +84,6 @@ def _ink(matrix: Matrix, value: float) -> str:
         return "black"
     red, green, blue, _ = matrix.colours(float(matrix.scale(value)))
     return "white" if 0.3 * red + 0.59 * green + 0.11 * blue < BRIGHT else "black"
-
-
-def named_rows(ax: "Axes", names: Sequence[str]) -> None:
-    """Names at the left of rows 0, 1, ... from above."""
-    ax.set_yticks(range(len(names)), list(names), parse_math=False)
-    ax.set_ylim(len(names) - 0.4, -0.6)
-    ax.tick_params(axis="y", length=0)
 
 
 def labels(names: Sequence[str], longest: int = LONGEST) -> list[str]:

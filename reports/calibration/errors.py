@@ -5,9 +5,9 @@ import numpy as np
 import numpy.typing as npt
 from matplotlib.colors import LogNorm
 
-from reports.calibration.drawings import ROW_IN, Matrix, draw, labels, named_rows, sheet
+from reports.calibration.drawings import Matrix, draw, labels, sheet
 from reports.calibration.report import CalibrationReport
-from reports.plots import COMMANDED, MEASURED, SIMULATED, to_svg
+from reports.plots import COMMANDED, MEASURED, ROW_IN, SIMULATED, named_rows, to_svg
 from reports.quantity import MISSING, fixed
 from reports.section import Cell, Column, Figure, Section, Table
 from twin.calibrate.checks import SOC_BINS, Fitted

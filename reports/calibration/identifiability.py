@@ -5,10 +5,10 @@ import numpy as np
 import numpy.typing as npt
 from matplotlib.colors import LogNorm, Normalize
 
-from reports.calibration.drawings import ROW_IN, Matrix, draw, labels, sheet
+from reports.calibration.drawings import Matrix, draw, labels, sheet
 from reports.calibration.names import called, in_order, is_start
 from reports.calibration.report import CalibrationReport
-from reports.plots import to_svg
+from reports.plots import ROW_IN, to_svg
 from reports.quantity import fixed, significant
 from reports.section import Figure, Section
 from twin.calibrate.answer import Answer, Combination

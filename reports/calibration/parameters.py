@@ -5,11 +5,11 @@ from typing import TYPE_CHECKING
 import numpy as np
 from matplotlib.lines import Line2D
 
-from reports.calibration.drawings import ROW_IN, named_rows, sheet
+from reports.calibration.drawings import sheet
 from reports.calibration.names import VERDICT_COLOUR, called, is_start, phrase, with_unit, word
 from reports.calibration.report import CalibrationReport
 from reports.calibration.summary import cell_estimates
-from reports.plots import to_svg
+from reports.plots import ROW_IN, named_rows, to_svg
 from reports.quantity import significant
 from reports.section import Cell, Column, Figure, Section, Table
 from twin.calibrate.answer import NINETY, Estimate

@@ -1,10 +1,9 @@
 """All that was tried, ranked, and why it was not taken."""
 
-from reports.calibration.drawings import ROW_IN, named_rows
 from reports.mismatch.report import MismatchReport
 from reports.mismatch.summary import mV
 from reports.mismatch.words import name
-from reports.plots import MEASURED, SIMULATED, panels, to_svg
+from reports.plots import MEASURED, ROW_IN, SIMULATED, named_rows, panels, to_svg
 from reports.quantity import fixed
 from reports.section import Cell, Column, Figure, Section, Table
 from twin.mismatch import Candidate, Finding, Verdict
@@ -26,7 +25,7 @@ def candidates(report: MismatchReport) -> Section | None:
     finding = report.finding
     if not finding.candidates:
         return None
-    rows = tuple(_row(c, finding) for c in finding.candidates)
+    rows = tuple(row(c, finding) for c in finding.candidates)
     tables = [Table(caption="The best candidates", columns=COLUMNS, rows=rows[:DRAWN])]
     if rest := rows[DRAWN:]:
         text = f"{len(rest)} more that were tried"
@@ -66,7 +65,8 @@ def outcome(c: Candidate, finding: Finding) -> str:
     return "rejected: less evidence"
 
 
-def _row(c: Candidate, finding: Finding) -> tuple[Cell, ...]:
+def row(c: Candidate, finding: Finding) -> tuple[Cell, ...]:
+    """In the order of COLUMNS."""
     numbers = mV(c.held_out_rms_V), fixed(c.delta_bic, 1), fixed(100 * c.probability, 1)
     return tuple(Cell(text=t) for t in (label(c.ids), *numbers, outcome(c, finding)))
 

@@ -64,7 +64,7 @@ def located(report: MismatchReport) -> Section | None:
         id="where",
         title="Where the twin is off",
         lead=(LEAD if finding.spans else NOWHERE,),
-        figures=tuple(_figure(c, finding, k) for k, c in enumerate(drawn)),
+        figures=tuple(picture(c, finding, k) for k, c in enumerate(drawn)),
         tables=_tables(finding.spans),
         notes=(
             "Lines are means over one second of the samples that count. Coloured: what each effect "
@@ -85,7 +85,8 @@ NOWHERE = (
 )
 
 
-def _figure(course: Course, finding: Finding, number: int) -> Figure:
+def picture(course: Course, finding: Finding, number: int) -> Figure:
+    """Residual over time, with what each effect makes of it and the spans beyond the noise."""
     canvas, axes = panels((2.5, 0.42))
     ax, strip = axes
     moved = stretches(course)
@@ -149,11 +150,7 @@ def _tables(spans: tuple[Span, ...]) -> tuple[Table, ...]:
             folded=True,
         )
     ]
-    shares: dict[str, float] = defaultdict(float)
-    for s in spans:
-        shares[s.motion] += s.share
-    if any(shares):
-        by_motion = sorted(shares.items(), key=lambda pair: -pair[1])
+    if any(shares := motion_shares(spans)):
         out.insert(
             0,
             Table(
@@ -161,11 +158,19 @@ def _tables(spans: tuple[Span, ...]) -> tuple[Table, ...]:
                 columns=COLUMNS_OF_MOTIONS,
                 rows=tuple(
                     (Cell(text=moving(m)), Cell(text=fixed(100 * share, 0)))
-                    for m, share in by_motion
+                    for m, share in shares.items()
                 ),
             ),
         )
     return tuple(out)
+
+
+def motion_shares(spans: tuple[Span, ...]) -> dict[str, float]:
+    """Motion -> share of the mismatch, the largest first."""
+    shares: dict[str, float] = defaultdict(float)
+    for s in spans:
+        shares[s.motion] += s.share
+    return dict(sorted(shares.items(), key=lambda pair: -pair[1]))
 
 
 def _texts(s: Span) -> tuple[str, ...]:

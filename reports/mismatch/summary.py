@@ -93,8 +93,10 @@ def _unknown(finding: Finding) -> str:
     follows = [t.quantity for t in finding.terms] or [d.quantity for d in finding.drivers]
     text = (
         f"the twin is off by {mV(finding.errors.held_out_before)} mV, which is more than the noise "
-        f"of {mV(finding.errors.noise)} mV, and no effect that it knows explains that"
+        f"of {mV(finding.errors.noise)} mV"
     )
+    if finding.causes_sought:
+        text += ", and no effect that it knows explains that"
     if follows:
         text += f"; it follows the {listed(follows[:FOLLOWED], 'and the')}"
     return sentence(text)

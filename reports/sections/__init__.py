@@ -4,6 +4,7 @@ from reports.sections.alignment import alignment
 from reports.sections.course import course
 from reports.sections.damage import damage
 from reports.sections.fit import fit
+from reports.sections.mismatch import mismatch
 from reports.sections.motions import motions
 from reports.sections.profiles import profiles
 from reports.sections.provenance import provenance
@@ -20,6 +21,7 @@ FLIGHT_SECTIONS = (
     profiles,
     fit,
     replay,
+    mismatch,
     damage,
     provenance,
 )

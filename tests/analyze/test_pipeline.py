@@ -12,7 +12,7 @@ from flightlogs.align import AlignedSensor, AlignmentRefused
 from flightlogs.errors import LogError, LogWarning, Refusal
 from flightlogs.sensor import SensorCounts, SensorLog
 from reports.flight import FlightReport
-from reports.page import flight_page
+from reports.flight_page import flight_page
 from reports.render import render
 from reports.results import result_of
 from segment.segment import Motion

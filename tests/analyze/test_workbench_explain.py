@@ -161,7 +161,13 @@ def test_a_log_has_its_motions_in_the_spans(tmp_path: Path) -> None:
         (("a.csv", "--holdout", "a.csv"), "is given twice"),
         (("a.csv", "--adopt", "better.txt"), "expected a name in .toml"),
         (("a.csv", "--reveal", "none.csv"), "does not exist"),
-        (("short.csv",), "0 samples with current and voltage"),
+        (("silent.csv",), "silent.csv: no voltage was recorded"),
+        (("short.csv",), "11 samples with current and voltage in flight, expected 50 or more"),
+        (("hop.csv",), "12 s of flight, expected 15 s or more: give a longer recording"),
+        (("cell.csv",), "4.100 V is 1.025 V a cell with 4 in series"),
+        (("empty.csv",), "no column 'time_s'"),
+        (("back.csv",), "back.csv, line 4: the clock goes back, from 9 s to 8 s (1 such lines)"),
+        (("a.csv", "--battery", "1"), "is no flight log: --sensor and --battery belong to one"),
         (("bad.csv",), "no column 'time_s'"),
     ],
 )
@@ -170,7 +176,18 @@ def test_wrong_use_is_told_before_any_work(
 ) -> None:
     monkeypatch.chdir(tmp_path)
     put(tmp_path, "a.csv", 1)
-    (tmp_path / "short.csv").write_text("time_s,current_A\n0,1\n9,1\n", encoding="utf-8")
+    heads = "time_s,current_A,voltage_V\n"
+    rows = {
+        "silent": [(0, 1, ""), (9, 1, "")],
+        "short": [(k, 1, 16) for k in range(11)],
+        "hop": [(k / 10, 1, 16) for k in range(121)],
+        "cell": [(k, 1, 4.1) for k in range(99)],
+        "back": [(0, 1, 16), (9, 1, 16), (8, 1, 16)],
+    }
+    for name, lines in rows.items():
+        text = heads + "".join(f"{t},{i},{v}\n" for t, i, v in lines)
+        (tmp_path / f"{name}.csv").write_text(text, encoding="utf-8")
+    (tmp_path / "empty.csv").write_text("", encoding="utf-8")
     (tmp_path / "bad.csv").write_text("t,i\n0,1\n", encoding="utf-8")
     result = call(tmp_path, *arguments)
     assert result.exit_code == 2

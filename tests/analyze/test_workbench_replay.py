@@ -41,10 +41,9 @@ def table(folder: Path, name: str) -> list[dict[str, str]]:
         ("t,current_A\n0,1\n", "no column 'time_s'"),
         ("", "no column 'time_s'"),
         ("time_s,current_A\n0,1\n1,x\n", "load.csv, line 3: current_A is 'x', no number"),
-        ("time_s,current_A\n0,1\n1\n", "line 3: current_A is ''"),
-        ("time_s,current_A\n", "needs a sample or more"),
-        ("time_s,current_A\n1,1\n0,1\n", "does not exceed"),
-        ("time_s,current_A\n0,1\n1,nan\n", "not finite"),
+        ("time_s,current_A\n", "no line has a time and a current"),
+        ("time_s,current_A\n1,nan\n", "no line has a time and a current"),
+        ("time_s,current_A\n0,1\n\n2,1\n1,1\n", "line 5: the clock goes back, from 2 s to 1 s"),
     ],
 )
 def test_a_bad_load_is_wrong_use_with_the_place(tmp_path: Path, text: str, said: str) -> None:

@@ -82,7 +82,11 @@ def finding(verdict: Verdict = Verdict.NAMED) -> Finding:
         ),
         candidates=(
             Candidate(
-                ids=("self_heating",), held_out_rms_V=0.0082, delta_bic=0.0, probability=0.97
+                ids=("self_heating",),
+                held_out_rms_V=0.0082,
+                delta_bic=0.0,
+                probability=0.97,
+                excess=1.0,
             ),
             Candidate(
                 ids=("current_gain", "self_heating"),

@@ -9,8 +9,8 @@ from pathlib import Path
 
 import pytest
 
+from reports.flight_page import flight_page
 from reports.mismatch import mismatch_page
-from reports.page import flight_page
 from reports.render import render
 from tests.reports import example
 from tests.reports.mismatch_example import pair

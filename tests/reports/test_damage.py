@@ -9,7 +9,7 @@ import jsonschema
 import pytest
 
 from reports.flight import FlightReport
-from reports.page import flight_page
+from reports.flight_page import flight_page
 from reports.render import render
 from reports.results import result_of
 from reports.section import Section, Severity

@@ -3,10 +3,15 @@
 from dataclasses import replace
 from datetime import UTC, datetime
 
+import pytest
+
 from reports.fleet import Failure, Fleet, FleetFlight, fleet_page
+from reports.flight import NoMismatch
 from reports.render import render
 from reports.results import result_of
 from tests.reports import example
+from tests.reports.mismatch_example import finding
+from twin.mismatch import Verdict
 from twin.solution import Status
 
 
@@ -49,6 +54,23 @@ def test_the_sums_are_those_of_the_flights() -> None:
 def test_a_fleet_where_nothing_could_be_analysed_has_a_page() -> None:
     page = fleet_page(replace(FLEET, flights=()))
     assert "Logs analysed: 0, not analysed: 1" in render(page)
+
+
+@pytest.mark.parametrize(
+    ("found", "cell"),
+    [
+        (NoMismatch("too short"), "–"),
+        (finding(Verdict.NONE), "nothing"),
+        (finding(Verdict.UNKNOWN), "not known"),
+        (finding(), "self-heating (98 %)"),
+        (finding(Verdict.AMBIGUOUS), "not settled: self-heating (98 %)"),
+    ],
+)
+def test_what_the_twin_misses_is_told_of_each_flight(found: object, cell: str) -> None:
+    fleet = replace(FLEET, flights=(flight("a", 1, mismatch=found),))
+    table = fleet_page(fleet).sections[0].tables[0]
+    place = [c.title for c in table.columns].index("what the twin misses")
+    assert table.rows[0][place].text == cell
 
 
 def test_a_replay_that_ended_early_is_marked() -> None:

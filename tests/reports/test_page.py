@@ -14,7 +14,7 @@ import numpy as np
 import pytest
 
 from flightlogs.errors import LogWarning
-from reports.page import flight_page
+from reports.flight_page import flight_page
 from reports.render import render
 from tests.reports import example
 from twin.load import Load

@@ -13,7 +13,9 @@ from reports.flight import Fitting
 from reports.result import Result, schema_text
 from reports.results import result_of
 from tests.reports import example
+from tests.reports.mismatch_example import finding
 from twin.calibrate.flight import NotFitted
+from twin.mismatch import Verdict, finding_json
 from twin.solution import Status
 
 SHIPPED = (resources.files("reports") / "result.schema.json").read_text(encoding="utf-8")
@@ -30,6 +32,8 @@ REPORTS = {
     ),
     "pack file": example.report(pack=example.pack()),
     "no date": example.report(log=replace(example.log(), start_utc=None)),
+    "mismatch": example.report(mismatch=finding()),
+    "no cause": example.report(mismatch=finding(Verdict.UNKNOWN)),
 }
 # The contract that other programs rely on, written out by hand.
 KEYS = {
@@ -98,10 +102,13 @@ def test_each_motion_has_the_agreed_keys_and_a_motion_not_flown_is_null() -> Non
     assert document("without a sensor")["motions"] == dict.fromkeys(whole)
 
 
-def test_what_is_not_built_yet_is_null_in_the_result_and_in_the_schema() -> None:
-    whole, schema = document("whole"), json.loads(SHIPPED)
-    assert whole["mismatch"] is None
-    assert schema["properties"]["mismatch"]["type"] == "null"
+def test_the_mismatch_is_that_of_the_finding_and_null_where_there_is_none() -> None:
+    assert document("whole")["mismatch"] is None
+    part = document("mismatch")["mismatch"]
+    assert part == json.loads(json.dumps(finding_json(finding())))
+    assert {"verdict", "effects", "location", "rmse_mv", "candidates", "advice"} <= set(part)
+    endless = replace(finding(), errors=replace(finding().errors, after=float("nan")))
+    assert result_of(example.report(mismatch=endless)).mismatch.rmse_mv.after is None
 
 
 def test_a_number_that_is_none_never_reaches_the_file() -> None:

@@ -1,13 +1,15 @@
 """A solution beside a recording, a load from a CSV, and files that appear whole."""
 
+import io
 from pathlib import Path
 
 import numpy as np
 import pytest
 
 from tests.reports import example
+from tests.twin.mismatch.recordings import flown
 from twin.load import Between, Load, LoadError
-from twin.load_csv import read_load_csv
+from twin.load_csv import LoadTable, charges, read_load_csv
 from twin.replay import Replay
 from twin.solution import Status
 from twin.whole_file import write_whole
@@ -52,7 +54,13 @@ def test_a_solution_of_another_load_is_refused() -> None:
 
 
 @pytest.mark.parametrize(
-    "header", ["time_s,current_A,voltage_V", "Test Time / s, Current / A ,Voltage / V,Step"]
+    "header",
+    [
+        "time_s,current_A,voltage_V",
+        "Test Time / s, Current / A ,Voltage / V,Step",
+        "Time [s],I[A],U[V]",
+        "\ufefftest_time_second,current_ampere,voltage_volt,ambient_temp_C",
+    ],
 )
 def test_columns_are_known_by_their_header(tmp_path: Path, header: str) -> None:
     file = tmp_path / "load.csv"
@@ -63,6 +71,57 @@ def test_columns_are_known_by_their_header(tmp_path: Path, header: str) -> None:
     np.testing.assert_array_equal(load.current_A, [1.0, 2.0, 3.0])
     np.testing.assert_array_equal(table.voltage_V, [16.5, np.nan, 16.3])
     assert load.charge_C() == 3.0
+
+
+def read(text: str) -> LoadTable:
+    return read_load_csv(io.StringIO(text), name="load.csv")
+
+
+def test_units_temperature_and_cells_are_read_and_the_air_is_not_the_pack() -> None:
+    table = read(
+        "Time / min,Current / mA,Cell 1 / V,Cell 2 / mV,Ambient Temp / degC,Cell Temp / degC\n"
+        "0,1000,4.1,4000,10,20\n1,2000,4.0,,10,21\n"
+    )
+    np.testing.assert_allclose(table.time_s, [0.0, 60.0])
+    np.testing.assert_allclose(table.current_A, [1.0, 2.0])
+    assert table.cell_voltage_V is not None
+    np.testing.assert_allclose(table.cell_voltage_V, [[4.1, 4.0], [4.0, np.nan]])
+    np.testing.assert_allclose(table.voltage_V, [8.1, np.nan])
+    np.testing.assert_allclose(table.temperature_K, [293.15, 294.15])
+
+
+def test_units_change_nothing() -> None:
+    plain = read("time_s,current_A,voltage_V\n0,0.5,16.2\n1.5,20,15.4\n")
+    scaled = read("Time / ms,Current / mA,Voltage / mV\n0,500,16200\n1500,20000,15400\n")
+    for name in ("time_s", "current_A", "voltage_V"):
+        np.testing.assert_allclose(getattr(scaled, name), getattr(plain, name))
+
+
+def test_lines_that_cannot_be_used_are_left_out_and_told() -> None:
+    table = read("time_s,current_A,voltage_V\n0,0,4\n1,1,4\n1,2,3.9\n2,nan,3.8\n3,2,3.7\n4,2\n5")
+    np.testing.assert_array_equal(table.time_s, [0.0, 1.0, 3.0, 4.0])
+    np.testing.assert_array_equal(table.current_A, [0.0, 2.0, 2.0, 2.0])
+    np.testing.assert_array_equal(table.voltage_V, [4.0, 3.9, 3.7, np.nan])
+    assert table.remarks == (
+        "Lines that have no time or no current are left out: 2.",
+        "Lines that have the time of the line after them are left out: 1.",
+    )
+
+
+@pytest.mark.parametrize("sign", [1.0, -1.0])
+@pytest.mark.parametrize("late", [0, 1, 7])
+def test_the_sign_of_the_current_is_seen_though_the_clocks_disagree(sign: float, late: int) -> None:
+    """A voltage that answers up to 0.7 s late would turn a sign that is read off single jumps."""
+    own = flown(seed=1, seconds=60.0)
+    voltage_V = np.roll(own.voltage_V, late)
+    assert charges(own.time_s, sign * own.load.current_A, voltage_V) is (sign < 0)
+
+
+def test_a_constant_current_has_a_sign_and_none_at_all_stays() -> None:
+    text = "time_s,current_A,voltage_V\n0,{0},4.1\n10,{0},4.0\n20,{0},3.95\n"
+    assert read(text.format(-2)).current_A[0] == 2.0
+    assert read(text.format(2)).current_A[0] == 2.0
+    assert read(text.format(0)).remarks == ()
 
 
 def test_a_file_is_replaced_in_one_step_or_left_as_it_was(tmp_path: Path) -> None:

@@ -28,6 +28,9 @@ LONG_UNITS = {
     "kelvin": "k", "µs": "us", "μs": "us",
 }  # fmt: skip
 OPTIONAL = ("temperature_K",)
+NOT_OF_THE_PACK = re.compile(r"ambient|air|chamber|oven")
+Place = tuple[int, float, float]
+"""Of a column: where it stands, and factor and offset to SI."""
 CELL = re.compile(r"cell\D*(?P<number>\d{1,3})(?!\d)")
 """In a header with the unit of a voltage: that of one cell of the pack, by its place."""
 HEADER = re.compile(r"^(?P<what>.*?)[\s_]*(?:[\[(/_]|\s)\s*(?P<unit>[a-zµμ°]+)\s*[\])]?$")
@@ -71,9 +74,9 @@ def read_test(stream: TextIO, *, name: str) -> MeasuredTable:
     """
     rows = csv.reader(stream)
     header = next(rows, [])
-    of_cells = _cell_columns(header, name)
+    of_cells = cell_columns(header, name)
     own = ["" if place in {p for p, _, _ in of_cells} else t for place, t in enumerate(header)]
-    places = {quantity: _column(own, quantity) for quantity in QUANTITIES}
+    places = {quantity: column_of(own, quantity) for quantity in QUANTITIES}
     if of_cells and places["voltage_V"] is None:
         places["voltage_V"] = of_cells[0]  # until the sum is known
     for quantity, place in places.items():
@@ -108,7 +111,7 @@ def read_test(stream: TextIO, *, name: str) -> MeasuredTable:
     )
 
 
-def _column(header: Sequence[str], quantity: str) -> tuple[int, float, float] | None:
+def column_of(header: Sequence[str], quantity: str) -> Place | None:
     """Place, factor and offset of the first column whose header names `quantity` with a unit."""
     words, units = QUANTITIES[quantity]
     for place, title in enumerate(header):
@@ -118,10 +121,10 @@ def _column(header: Sequence[str], quantity: str) -> tuple[int, float, float] | 
     return None
 
 
-def _cell_columns(header: Sequence[str], name: str) -> list[tuple[int, float, float]]:
+def cell_columns(header: Sequence[str], name: str) -> list[Place]:
     """The same of each cell's voltage, in the order of their numbers; one alone is the pack's."""
     units = QUANTITIES["voltage_V"][1]
-    found: dict[int, tuple[int, float, float]] = {}
+    found: dict[int, Place] = {}
     for place, title in enumerate(header):
         what, unit = named(title)
         if unit not in units or (cell := CELL.search(what)) is None:

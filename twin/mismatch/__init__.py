@@ -5,16 +5,19 @@ from twin.mismatch.explain import explain
 from twin.mismatch.finding import Candidate, Course, Finding, NamedEffect, Span, Value, Verdict
 from twin.mismatch.flight import Flight, MismatchError
 from twin.mismatch.hidden_csv import HiddenTable, read_hidden_csv
+from twin.mismatch.hypothesis import HYPOTHESES, Hypothesis
 from twin.mismatch.out import finding_json
 from twin.mismatch.reveal import Hidden, Revealed, reveal, reveal_json
 
 __all__ = [
+    "HYPOTHESES",
     "Candidate",
     "Course",
     "Finding",
     "Flight",
     "Hidden",
     "HiddenTable",
+    "Hypothesis",
     "MismatchError",
     "NamedEffect",
     "Revealed",

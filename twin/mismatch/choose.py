@@ -67,9 +67,10 @@ def models(
     hypotheses: Sequence[Hypothesis],
     *,
     most_effects: int = MOST_EFFECTS,
+    most_alone: int | None = None,
     progress: Callable[[tuple[str, ...]], None] = lambda _: None,
 ) -> tuple[Model, ...]:
-    """All that were fitted, the most probable first."""
+    """All that were fitted, the most probable first; at most so many effects in one, and alone."""
     done: dict[tuple[str, ...], Fitted] = {}
 
     def fitted(chosen: Sequence[Hypothesis], base: Fitted | None = None) -> None:
@@ -85,7 +86,7 @@ def models(
     hypotheses = [h for h in hypotheses if h.possible(done[()].problem.flights[0].pack)]
     shapes = {h.id: shape_of(h, done[()], data) for h in hypotheses}
     for size in range(most_effects):
-        for promise in _promises(size, hypotheses, done, shapes)[: TRIED if size else None]:
+        for promise in _promises(size, hypotheses, done, shapes)[: TRIED if size else most_alone]:
             if _may_win(promise, done.values(), choosy=size > 0 or most_effects == 1):
                 fitted([*promise.base.problem.hypotheses, promise.more], promise.base)
     best = _judged(done.values())[0].fitted
@@ -168,7 +169,7 @@ def _promises(
 ) -> list[Promise]:  # fmt: skip
     """All models of `size` effects, each with one to add; the most probable come first."""
     found: dict[tuple[str, ...], Promise] = {}
-    scale = scale_of(done.values())
+    scale = scale_of(done.values()) if size else 1.0  # before a fit nothing is known of it
     for base in [f for f in done.values() if len(f.ids) == size]:
         for h in hypotheses:
             ids = tuple(sorted({*base.ids, h.id}))

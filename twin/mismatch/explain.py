@@ -20,14 +20,15 @@ from twin.mismatch.split import sharpened, split
 from twin.simulate import simulate
 
 SHOWN_DRIVERS = 5
+SHORT = 3
 MOST_COMPARED = 3  # candidates between which a test is looked for
 Judged = tuple[FloatArray, Answer]
 
 
-def explain(
+def explain(  # noqa: PLR0913
     fitted: Sequence[Flight], held_out: Sequence[Flight] = (), *,
     hypotheses: Sequence[Hypothesis] = HYPOTHESES, slow_V: float | None = None,
-    progress: Callable[[tuple[str, ...]], None] = lambda _: None,
+    progress: Callable[[tuple[str, ...]], None] = lambda _: None, short: bool = False,
 ) -> Finding:  # fmt: skip
     """Where twin and recordings differ, what was left out, and how much better it then fits.
 
@@ -37,13 +38,16 @@ def explain(
         hypotheses: what may be named.
         slow_V: the twin's own error, see `split`.
         progress: told the ids of each model before it is fitted.
+        short: only the SHORT effects that promise most by the linearised twin are fitted, each
+            alone.
 
     Raises:
         MismatchError: too little to judge.
     """
     data = split(fitted, held_out, slow_V=slow_V)
-    found = models(data, hypotheses, progress=progress)
-    if finer := sharpened(data, found[0].fitted):
+    most = {"most_effects": 1, "most_alone": SHORT} if short else {}
+    found = models(data, hypotheses, progress=progress, **most)
+    if not short and (finer := sharpened(data, found[0].fitted)):
         data, found = finer, models(finer, hypotheses, progress=progress)
     scale = scale_of(m.fitted for m in found)
     null = next(m for m in found if not m.ids)

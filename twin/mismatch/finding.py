@@ -1,6 +1,7 @@
 """What came out: `Finding`, as it is written and shown."""
 
-from dataclasses import dataclass, field
+from collections.abc import Sequence
+from dataclasses import dataclass, field, replace
 from enum import Enum
 
 import numpy as np
@@ -188,3 +189,12 @@ class Finding:
     advice: str = ""
     courses: tuple[Course, ...] = field(default=())
     remarks: tuple[str, ...] = ()
+
+    @property
+    def causes_sought(self) -> bool:
+        """Some effect was tried."""
+        return any(c.ids for c in self.candidates)
+
+    def remarked(self, more: Sequence[str]) -> "Finding":
+        """With further remarks."""
+        return replace(self, remarks=(*self.remarks, *more))

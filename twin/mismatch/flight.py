@@ -27,6 +27,8 @@ class Flight:
         voltage_V: (n,) recorded at the times of the load; NaN where not measured.
         judged: (n,) which samples count; a voltage must have been measured there.
         motion: (n,) what the vehicle did, or "" where that is not known.
+        temperature_K: (n,) of the pack, NaN where it was not measured; None if it never was.
+        cell_voltage_V: (n, cells) likewise.
     """
 
     name: str
@@ -35,12 +37,16 @@ class Flight:
     voltage_V: FloatArray
     judged: BoolArray
     motion: npt.NDArray[np.str_]
+    temperature_K: FloatArray | None = None
+    cell_voltage_V: FloatArray | None = None
 
     def __post_init__(self) -> None:
-        for name in ("voltage_V", "judged", "motion"):
-            shape = getattr(self, name).shape
-            if shape != self.load.time_s.shape:
-                raise MismatchError(f"{self.name}: {name} {shape}, load {self.load.time_s.shape}")
+        for name in ("voltage_V", "judged", "motion", "temperature_K", "cell_voltage_V"):
+            values = getattr(self, name)
+            if values is not None and values.shape[:1] != self.load.time_s.shape:
+                raise MismatchError(
+                    f"{self.name}: {name} {values.shape}, load {self.load.time_s.shape}"
+                )
         object.__setattr__(self, "judged", self.judged & np.isfinite(self.voltage_V))
 
     @property

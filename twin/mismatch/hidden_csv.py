@@ -8,12 +8,10 @@ from typing import TextIO
 
 import numpy as np
 
-from twin.calibrate.table import HEADER, LONG_UNITS, QUANTITIES
+from twin.calibrate.table import NOT_OF_THE_PACK, QUANTITIES, Place, named
 from twin.mismatch.flight import FloatArray, MismatchError
 
 CELL_VOLTAGE = re.compile(r"cell")
-NOT_OF_THE_PACK = re.compile(r"ambient|air|chamber|oven")
-Column = tuple[int, float, float]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -34,7 +32,7 @@ class HiddenTable:
 
 
 def read_hidden_csv(stream: TextIO, *, name: str) -> HiddenTable:
-    """Columns by what their headers say of quantity and unit.
+    """Places by what their headers say of quantity and unit.
 
     Time ("time_s"), temperature ("temperature_c", "Temperature / degC"; not that of the air), and
     any number of cells ("cell_1_v", "Cell Voltage 2 / mV"). Others are passed over; of lines with
@@ -69,16 +67,13 @@ def read_hidden_csv(stream: TextIO, *, name: str) -> HiddenTable:
     )
 
 
-def _first(places: Sequence[tuple[str, Column] | None], kind: str) -> Column | None:
+def _first(places: Sequence[tuple[str, Place] | None], kind: str) -> Place | None:
     return next((column for found, column in filter(None, places) if found == kind), None)
 
 
-def _place(k: int, title: str) -> tuple[str, Column] | None:
+def _place(k: int, title: str) -> tuple[str, Place] | None:
     """What a column holds, its place, factor and offset; None if nothing of use."""
-    parts = HEADER.match(title.strip().lstrip("\ufeff").casefold())
-    if parts is None:
-        return None
-    what, unit = parts["what"], LONG_UNITS.get(parts["unit"], parts["unit"])
+    what, unit = named(title)
     kinds = {
         "time_s": QUANTITIES["time_s"],
         "temperature_K": QUANTITIES["temperature_K"],
@@ -90,7 +85,7 @@ def _place(k: int, title: str) -> tuple[str, Column] | None:
     return None
 
 
-def _values(lines: Sequence[tuple[int, Sequence[str]]], column: Column, name: str) -> FloatArray:
+def _values(lines: Sequence[tuple[int, Sequence[str]]], column: Place, name: str) -> FloatArray:
     place, factor, offset = column
     out = np.full(len(lines), np.nan)
     for k, (line, row) in enumerate(lines):

@@ -16,6 +16,7 @@ FloatArray = npt.NDArray[np.float64]
 
 BLOCKS = 400  # at most, into which a recording is cut for change points
 LEAST_BLOCK_S = 1.0
+MOST_PIECES = 80  # of a recording: a slope far beyond the noise would be cut into hundreds of steps
 BEYOND = 4.0  # standard deviations of a span's mean: not chance
 KNOTS = 4  # of the piecewise straight line through which a quantity may act
 LEAST_EXPLAINED = 0.05
@@ -35,8 +36,12 @@ def spans(flight: Flight, residual_V: FloatArray, white_V: float) -> list[Span]:
     blocks = _blocks(flight.time_s[at])
     means = np.array([residual_V[at[a:b]].mean() for a, b in pairwise(blocks)])
     counts = np.diff(blocks)
+    weights = counts / white_V**2
+    price = 3.0 * float(np.log(max(means.size, 2)))
+    while len(borders := change_points(means, weights, price)) > MOST_PIECES + 1:
+        price *= 2.0
     out = []
-    for a, b in pairwise(change_points(means, counts / white_V**2)):
+    for a, b in pairwise(borders):
         own = at[blocks[a] : blocks[b]]
         mean_V = float(residual_V[own].mean())
         if abs(mean_V) < BEYOND * white_V / np.sqrt(own.size):
@@ -67,10 +72,12 @@ def shared(found: Sequence[Span]) -> tuple[Span, ...]:
     return tuple(sorted(each, key=lambda s: -s.share))
 
 
-def change_points(means: FloatArray, weights: FloatArray) -> list[int]:
-    """Borders of pieces of one level, 0 and n included, for n means with 1 / variance `weights`."""
+def change_points(means: FloatArray, weights: FloatArray, price: float) -> list[int]:
+    """Borders of pieces of one level, 0 and n included, for n means with 1 / variance `weights`.
+
+    `price` is what each further piece must explain, in squares over variance.
+    """
     n = means.size
-    price = 3.0 * np.log(max(n, 2))
     w = np.concatenate([[0.0], np.cumsum(weights)])
     wx = np.concatenate([[0.0], np.cumsum(weights * means)])
     best, last = np.zeros(n + 1), np.zeros(n + 1, dtype=int)
@@ -98,6 +105,8 @@ def drivers(
     for name in _shared_names([*fitted, *held_out]):
         x, y = _column(fitted, name)
         x_ahead, y_ahead = _column(held_out, name)
+        if not x.size or not x_ahead.size:  # the twin was empty before
+            continue
         knots = np.unique(np.quantile(x, np.linspace(0, 1, KNOTS)))
         if knots.size < 2:
             continue
@@ -118,10 +127,11 @@ def terms(
     """
     names = _shared_names([*fitted, *held_out])
     columns = {name: (_column(fitted, name), _column(held_out, name)) for name in names}
+    columns = {name: c for name, c in columns.items() if c[0][0].size and c[1][0].size}
     chosen: list[str] = []
     explained, out = 0.0, []
     while len(chosen) < MOST_TERMS:
-        trials = [(*_regressed([*chosen, n], columns), n) for n in names if n not in chosen]
+        trials = [(*_regressed([*chosen, n], columns), n) for n in columns if n not in chosen]
         if not trials:
             break
         best, sizes, name = max(trials, key=lambda t: t[0])

@@ -14,11 +14,13 @@ from typing import TypeVar
 import numpy as np
 import numpy.typing as npt
 
+from twin.mismatch.channels import Whitening, channels
 from twin.mismatch.flight import Flight
 from twin.mismatch.hypothesis import Hypothesis, coordinate_of, value_of
 from twin.mismatch.noise import Whitener
 from twin.pack import Pack, PackError
 from twin.simulate import simulate
+from twin.solution import Solution
 
 FloatArray = npt.NDArray[np.float64]
 
@@ -60,6 +62,7 @@ class Problem:
     ) -> None:
         self.flights, self.hypotheses = tuple(f for f, _ in data), tuple(hypotheses)
         self._whiteners = tuple(w for _, w in data)
+        self._channels = tuple(channels(f) for f in self.flights)
         packs = [beyond_cut_offs(f.pack) for f in self.flights]
         self._packs, pack = tuple(packs), packs[0]
         self._kept: dict[bytes, Evidence] = {}
@@ -133,16 +136,25 @@ class Problem:
 
     def residual_V(self, q: FloatArray, flight: int) -> FloatArray:
         """(n,) recorded minus simulated; where the twin is empty before, as if it stood there."""
-        own = self.flights[flight]
+        return self._residuals(q, flight)[0]
+
+    def _residuals(self, q: FloatArray, flight: int) -> list[FloatArray]:
+        """(n,) of the voltage, and of each channel beyond it."""
+        own, pack = self.flights[flight], self._packs[flight]
+        solution: Solution | None = None
         try:
-            pack = self.pack(q, flight)
-            simulated_V = simulate(pack, own.load).voltage_V
+            solution = simulate(self.pack(q, flight), own.load)
         except (ValueError, PackError):
             simulated_V = np.zeros(0)
-            pack = self._packs[flight]
+        else:
+            simulated_V = solution.voltage_V
         out = own.voltage_V - pack.series * pack.cell.lower_cut_off_V
         out[: simulated_V.size] = own.voltage_V[: simulated_V.size] - simulated_V
-        return out
+        return [out, *(c.residual(solution) for c in self._channels[flight])]
+
+    def _whiten(self, flight: int) -> list[Whitener | Whitening]:
+        """In the order of `_residuals`."""
+        return [self._whiteners[flight], *(c.whiten for c in self._channels[flight])]
 
     def judged(self, flight: int) -> npt.NDArray[np.int64]:
         """(m,) which samples count."""
@@ -155,8 +167,8 @@ class Problem:
 
     def whitened(self, q: FloatArray, flight: int) -> FloatArray:
         """(m,) of one recording."""
-        residual_V = self.residual_V(q, flight)
-        return self._whiteners[flight](residual_V[:, None])[:, 0]
+        both = zip(self._whiten(flight), self._residuals(q, flight), strict=True)
+        return np.concatenate([whiten(r[:, None])[:, 0] for whiten, r in both])
 
     def evidence(self, q: FloatArray) -> Evidence:
         """Of all recordings; kept, since fits begin where effects were looked at and end there."""
@@ -173,22 +185,23 @@ class Problem:
             for column in [-1, *self._columns(flight)]
         ]
 
-        def at(job: tuple[int, int]) -> FloatArray:
+        def at(job: tuple[int, int]) -> list[FloatArray]:
             flight, column = job
-            return self.residual_V(_moved(q, column, high) if column >= 0 else q, flight)
+            return self._residuals(_moved(q, column, high) if column >= 0 else q, flight)
 
         done = dict(zip(jobs, parallel(at, jobs), strict=True))
         rows, slopes = [], []
-        for flight, whiten in enumerate(self._whiteners):
-            here = done[flight, -1]
+        for flight in range(len(self.flights)):
             own = list(self._columns(flight))
             steps = np.array([_moved(q, c, high)[c] - q[c] for c in own])
-            changes = np.column_stack([done[flight, c] - here for c in own]) / steps
-            white = whiten(np.column_stack([here, changes]))
-            whole = np.zeros((white.shape[0], q.size))
-            whole[:, own] = white[:, 1:]
-            rows.append(white[:, 0])
-            slopes.append(whole)
+            for k, whiten in enumerate(self._whiten(flight)):
+                here = done[flight, -1][k]
+                changes = np.column_stack([done[flight, c][k] - here for c in own]) / steps
+                white = whiten(np.column_stack([here, changes]))
+                whole = np.zeros((white.shape[0], q.size))
+                whole[:, own] = white[:, 1:]
+                rows.append(white[:, 0])
+                slopes.append(whole)
         return Evidence(np.concatenate(rows), np.vstack(slopes))
 
     def linearised(self, q: FloatArray) -> tuple[FloatArray, FloatArray]:

@@ -1,0 +1,72 @@
+"""Where a flight and its twin differ: the short form of `twin explain`, for every report."""
+
+from collections.abc import Sequence
+
+from flightlogs.recording import Recording
+from reports.flight import NoMismatch, PackUse
+from segment import motions_at
+from segment.segment import Segment
+from twin.mismatch import HYPOTHESES, Finding, Flight, Hypothesis, MismatchError, explain
+from twin.pack import Pack
+from twin.replay import Replay
+
+NOT_ITS_TWIN = (
+    "Without a pack file a built-in cell stands in for the pack's own{fitted}. What is left says "
+    "where the twin is off, not why: no cause is looked for."
+)
+ITS_VOLTAGE = ", fitted to this flight, and such a fit takes up whatever looks like it"
+BUILT_IN = (
+    "The cell of the pack file is a built-in one: what looks like a missing effect may be the "
+    "difference between that cell and the pack's own. Calibrate first, with `twin calibrate`."
+)
+
+
+def mismatch_of(
+    recording: Recording, segments: Sequence[Segment], use: PackUse, pack: Pack, played: Replay
+) -> Finding | NoMismatch:
+    """The finding, or why there is none.
+
+    Causes are looked for where a pack file was given. Without one the twin is not that of this
+    pack, and a fit to the flight has taken up what could be told.
+
+    Args:
+        recording: of the flight.
+        segments: its motions.
+        use: how the numbers of the pack are known.
+        pack: that was simulated.
+        played: the recording beside it.
+    """
+    if any(w.code == "simulated_log" for w in recording.warnings):
+        return NoMismatch("Its battery is a simulator's formula, which no cell follows.")
+    flight = Flight(
+        name=recording.name,
+        pack=pack,
+        load=played.load,
+        voltage_V=played.recorded_V,
+        judged=played.judged,
+        motion=motions_at(played.load.time_s, segments),
+        temperature_K=recording.temperature_K,
+        cell_voltage_V=recording.cell_voltage_V,
+    )
+    as_configured = use.fitting is None
+    try:
+        found = explain([flight], hypotheses=quick(pack) if as_configured else (), short=True)
+    except MismatchError as e:
+        return NoMismatch(f"Too little to judge: {e}.")
+    return found.remarked(remarks_of(use))
+
+
+def remarks_of(use: PackUse) -> tuple[str, ...]:
+    """What keeps a finding from being a diagnosis."""
+    if use.fitting is not None:
+        return (NOT_ITS_TWIN.format(fitted=ITS_VOLTAGE if use.fit else ""),)
+    return () if use.calibrated else (BUILT_IN,)
+
+
+def quick(pack: Pack) -> tuple[Hypothesis, ...]:
+    """Those that run on the kernel of the pack as it is: none is compiled for them."""
+
+    def structure(p: Pack) -> tuple[bool, ...]:
+        return p.ages, p.hysteretic, p.stressed
+
+    return tuple(h for h in HYPOTHESES if structure(h.within(pack, h.starts[0])) == structure(pack))
