@@ -126,6 +126,15 @@ class Problem:
         given = iter(s * e for s, e in zip(scale, of_q.tolist(), strict=False))
         return {h.id: {name: next(given) for name in h.fitted} for h in self.hypotheses}
 
+    def told(self, of_q: FloatArray, share: float) -> dict[str, tuple[str, ...]]:
+        """Numbers whose deviation is below that share of the prior's; all of one without any."""
+        given = iter(of_q.tolist())
+        near = {h.id: {name: next(given) < share for name in h.fitted} for h in self.hypotheses}
+        return {
+            name: tuple(k for k, is_told in own.items() if is_told or not any(own.values()))
+            for name, own in near.items()
+        }
+
     def pack(self, q: FloatArray, flight: int) -> Pack:
         """The twin of one recording; ValueError if no cell has these values."""
         pack, given = self._packs[flight], iter(self._values(q))
