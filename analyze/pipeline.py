@@ -138,6 +138,7 @@ def analyse(inputs: Inputs, *, clock: Callable[[], float]) -> FlightReport:
         profiles,
         (pack, played.load),
         thorough=inputs.thorough,
+        pack=inputs.pack,
     )
     return FlightReport(
         log=flight.log,

@@ -16,7 +16,7 @@ from pathlib import Path
 
 import numpy as np
 
-from analyze.assessing import manoeuvres_of
+from analyze.assessing import manoeuvres_of, spans_of
 from analyze.pipeline import Source, read_flight
 from analyze.replaying import load_of
 from analyze.start import pack_of
@@ -54,12 +54,11 @@ def flown() -> tuple[Pack, Load, tuple[Manoeuvre, ...], list[Span]]:
     flight = read_flight(Source(log=LOG, sensor=sensor, pack=None, battery=None))
     segments = cut(flight.recording)
     profiles = periodic_profiles(flight.recording, segments)
-    spans = [Span(name=s.motion.value, start_s=s.start_s, stop_s=s.stop_s) for s in segments]
     return (
         pack_of(flight.use, flight.cell),
         load_of(flight.recording, flight.use),
         manoeuvres_of(flight.recording, segments, profiles),
-        spans,
+        spans_of(segments),
     )
 
 
