@@ -1,6 +1,5 @@
 """What each motion did to the battery."""
 
-
 from reports.damage import MAH
 from reports.damage_lives import life_notes, life_rows, life_tables
 from reports.damage_plots import TITLES, course_svg, normalised_svg

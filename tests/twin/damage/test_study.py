@@ -6,6 +6,7 @@ from itertools import islice
 import numpy as np
 import numpy.typing as npt
 import pytest
+from scipy.interpolate import PchipInterpolator
 
 from twin.ageing import Regime, age
 from twin.builtin import load_cell
@@ -33,7 +34,8 @@ from twin.damage.attribution import between, started
 from twin.damage.cost import total
 from twin.damage.loss import Ledger
 from twin.damage.orders import orders
-from twin.effects import ActiveMaterialLoss, Sei
+from twin.damage.study import widened
+from twin.effects import ActiveMaterialLoss, AnyEffect, Sei, SelfHeating
 from twin.load import Load
 from twin.pack import Pack
 from twin.simulate import simulate
@@ -205,11 +207,39 @@ def test_what_drives_the_damage_is_seen_by_leaving_it(pack: Pack) -> None:
 
 def test_a_pack_lasts_fewer_flights_if_it_stands_for_days(pack: Pack) -> None:
     load, _ = flight([0, 1, 2, 3, 4, 5])
-    found = project(ageing(pack), Mix(load=load, motions={}, drawn_C={}), share=0.985)
+    aged = ageing(pack)
+    fast = replace(aged, effects=tuple(quicker(e) for e in aged.effects))
+    found = project(aged, Mix(load=load, motions={}, drawn_C={}), others=[aged, fast], share=0.985)
     assert 0 < found.daily.reached < 0.5 * found.soon.reached
-    assert np.isnan(found.soon.interval_95[1])  # nothing is said of what is not known
+    steps = found.soon.projection.error / found.soon.reached
+    by_pack = np.sqrt((found.soon.error.std**2 - steps**2) * 2)  # one of two packs is the same
+    shorter = life(fast, Regime(load=load, rest_s=1800.0), share=0.985).reached / found.soon.reached
+    assert by_pack == pytest.approx(-np.log(shorter), rel=0.05)
+    assert found.soon.interval_95[0] < found.soon.reached * shorter
     assert load.charge_C() / load.time_s[-1] < found.most_A < load.current_A.max()
     assert found.gentle.reached == pytest.approx(found.soon.reached, rel=0.1)
+
+
+def quicker(effect: AnyEffect) -> AnyEffect:
+    """The SEI grows four times as fast."""
+    if not isinstance(effect, Sei):
+        return effect
+    return replace(effect, solvent_diffusivity_m2_s=4 * 2.5e-22)
+
+
+def test_ratios_are_as_uncertain_as_other_packs_make_them(pack: Pack) -> None:
+    motion = manoeuvre("vertical")
+    found = assess(pack, [motion], Protocol(cycles=1))
+    fast = replace(found.pack, effects=tuple(quicker(e) for e in found.pack.effects))
+    other = assess(fast, [replace(motion, pieces=())], Protocol(cycles=1)).motions["vertical"]
+    wide = widened(found, [found.pack, fast]).motions["vertical"]
+    for measure in ("lithium", "sei", "negative"):
+        own, there, told = (
+            m.excess[Part.WHOLE][measure] for m in (found.motions["vertical"], other, wide)
+        )
+        away = abs(there.value - own.value) / 2**0.5  # the other of the two is the pack itself
+        assert told.value == own.value
+        assert told.error.std == pytest.approx(np.hypot(own.error.std, away), rel=1e-6)
 
 
 def test_a_projected_life_is_the_life_that_is_simulated(pack: Pack) -> None:
@@ -231,3 +261,16 @@ def test_a_life_that_cannot_go_on_says_why(pack: Pack) -> None:
     told = life(worn, Regime(load=constant(16.0, 1.0).load(0.99 * most_C, 298.15), rest_s=0.0))
     assert np.isnan(told.reached)
     assert "in the flight" in told.ended
+
+
+def test_films_are_carried_over_hundreds_of_flights_as_roots(pack: Pack) -> None:
+    """Lithium lost to SEI alone, in three steps of up to 2000 flights, and in many small ones."""
+    films = (Sei(solvent_diffusivity_m2_s=30 * 2.5e-22), SelfHeating())
+    worn = replace(pack, initial_soc=1.0, effects=films)
+    regime = Regime(load=constant(16.0, 1.0).load(5000.0, 298.15), rest_s=3600.0)
+    few, many = (life(worn, regime, share=s, step_share=k) for s, k in ((0.9, 0.5), (0.86, 0.02)))
+    inside = (few.flights > 0) & (few.flights < many.flights[-1])
+    assert np.diff(few.flights[inside]).max() > 1000
+    fine_C = PchipInterpolator(many.flights, many.capacity_C)(few.flights[inside])
+    lost = [1 - c / many.capacity_C[0] for c in (few.capacity_C[inside], fine_C)]
+    assert lost[0] == pytest.approx(lost[1], rel=0.01)  # straight on they are 11 % off
