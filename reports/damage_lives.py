@@ -3,7 +3,7 @@
 import math
 
 from reports import plots
-from reports.quantity import MISSING, fixed
+from reports.quantity import MISSING, fixed, significant
 from reports.section import Cell, Column, Row, Table
 from segment.segment import Motion
 from twin.damage import Lifetime, Lives, Study
@@ -98,4 +98,4 @@ def _interval(one: Lifetime) -> str:
     lower, upper = one.interval_95
     if not math.isfinite(upper):
         return MISSING
-    return f"{fixed(lower, 0)} to {fixed(upper, 0)}"
+    return f"{significant(lower, 2)} to {significant(upper, 2)}"

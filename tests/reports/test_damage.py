@@ -11,6 +11,8 @@ import pytest
 
 from reports.flight import FlightReport
 from reports.flight_page import flight_page
+from reports.page import flight_page
+from reports.quantity import significant
 from reports.render import render
 from reports.results import result_of
 from reports.section import Section, Severity
@@ -72,7 +74,7 @@ def test_the_life_is_told_with_its_interval_and_what_ends_it() -> None:
     assert (life["cell_uncertain"], life["ageing"]) == (True, "assumed")
     section = shown(report(thorough=True))
     assert section.rows[0].value == "812"
-    assert f"{lower:.0f} to {upper:.0f}" in section.rows[0].note
+    assert f"{significant(lower, 2)} to {significant(upper, 2)}" in section.rows[0].note
     assert "cut-off" in section.rows[1].value
     (table,) = [t for t in section.tables if t.caption.startswith("Flights to 80 %")]
     assert [row[0].text for row in table.rows][-1] == "hover only"

@@ -19,7 +19,7 @@ from twin.ageing import Regime
 from twin.damage.assess import Assessed
 from twin.damage.error import UNKNOWN_ERROR, Error, together
 from twin.damage.measures import Part
-from twin.damage.projection import COARSE, Projection, life
+from twin.damage.projection import Projection, life
 from twin.damage.waveform import limited
 from twin.load import Load
 from twin.pack import Pack
@@ -114,11 +114,9 @@ def project(pack: Pack, mix: Mix, *, others: Sequence[Pack] = (), share: float =
     ]
     with ThreadPoolExecutor(os.cpu_count()) as pool:
         told = pool.map(lambda r: life(pack, r, share=share), regimes)
-        rough = pool.map(
-            lambda p: _flights(life(p, soon, share=share, step_share=COARSE)), (pack, *others)
-        )
+        beside = pool.map(lambda p: life(p, soon, share=share), others)
         flown, daily, limited_, *alone = told
-        by_pack = _by_pack(list(rough)) if others else UNKNOWN_ERROR
+        by_pack = _by_pack(flown, list(beside)) if others else UNKNOWN_ERROR
     each = {
         name: _lifetime(p, by_pack, _of_segments(own))
         for p, (name, own) in zip(alone, motions.items(), strict=True)
@@ -140,15 +138,13 @@ def _lifetime(projection: Projection, *errors: Error) -> Lifetime:
     return Lifetime(projection=projection, error=together(steps, *errors))
 
 
-def _flights(projection: Projection) -> float:
-    """To where it ends, be it before the share that was asked for."""
-    reached = projection.reached
-    return reached if np.isfinite(reached) else float(projection.flights[-1])
+def _by_pack(own: Projection, others: Sequence[Projection]) -> Error:
+    """Of the logarithm of flights: how far the lives of other packs lie from this one's.
 
-
-def _by_pack(flights: Sequence[float]) -> Error:
-    """Of the logarithm: how far the lives of other packs lie from the first, that of the pack."""
-    away = np.log(np.array(flights[1:]) / flights[0])
+    Of a life that ends before the share that was asked for, the flights up to there.
+    """
+    flights = [p.reached if np.isfinite(p.reached) else p.flights[-1] for p in others]
+    away = np.log(np.array(flights) / own.reached)
     return Error(std=float(np.sqrt(np.mean(away**2))), freedom=away.size)
 
 

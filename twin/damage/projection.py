@@ -27,9 +27,8 @@ from twin.solution import Status
 FloatArray = npt.NDArray[np.float64]
 
 SETTLED = 3  # cycles before the first rate
-STEP_SHARE = 0.04  # of the first capacity, lost in a step
+STEP_SHARE = 0.08  # of the first capacity, lost in a step: right to 1 % of flights
 MOST_STEPS = 60
-COARSE = 0.08  # likewise where only the ratio of two lives is asked for: 1 % of flights
 LONGEST = 8.0  # a step, over all flights before it: films slow down as they grow
 FEWEST = 4  # flights a step
 FILMS = ("film", "crack_film")
@@ -55,14 +54,9 @@ class Projection:
     ended: str
 
 
-def life(
-    pack: Pack, regime: Regime, *, share: float = 0.8, step_share: float = STEP_SHARE
-) -> Projection:
-    """Repeat `regime` until `share` of the first capacity is left, or the pack cannot go on.
-
-    `step_share` of the first capacity is lost in a step.
-    """
-    return _Life(pack, regime, share, step_share).all()
+def life(pack: Pack, regime: Regime, *, share: float = 0.8) -> Projection:
+    """Repeat `regime` until `share` of the first capacity is left, or the pack cannot go on."""
+    return _Life(pack, regime, share).all()
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -79,11 +73,11 @@ class _Unfinished(Exception):
 
 
 class _Life:
-    def __init__(self, pack: Pack, regime: Regime, share: float, step_share: float) -> None:
+    def __init__(self, pack: Pack, regime: Regime, share: float) -> None:
         self._pack, self._regime = pack, regime
         self._model, self._kinds = pack_model(pack, DEFAULT_MESH, Backend.AUTO), pack.cells()
         self._examiner = Examiner(pack)
-        self._share, self._step_share = share, step_share
+        self._share = share
 
     def all(self) -> Projection:
         first, *_, aged = islice(age(self._pack, self._regime), SETTLED + 1)
@@ -92,7 +86,7 @@ class _Life:
         fades_C, ended = [], ""
         try:
             while capacity[-1] > self._share * whole_C and len(flights) < MOST_STEPS:
-                aged, count, fade_C = self._step(aged, flights[-1], self._step_share * whole_C)
+                aged, count, fade_C = self._step(aged, flights[-1], STEP_SHARE * whole_C)
                 flights.append(flights[-1] + count)
                 capacity.append(self._examiner.examine(aged.state, 0.0).capacity_C)
                 fades_C.append(fade_C)

@@ -1,8 +1,8 @@
 """All that is said of one flight's damage: `study` puts assessment, attribution and life together.
 
-Quick: each motion beside constant currents, and the flight as flown. Thorough: more cycles, every
-motion without each of its features, how long the pack lasts, and by how much all of it changes in
-other packs that may be this one.
+Quick: each motion beside constant currents, and the flight as flown. Thorough: every motion without
+each of its features, how long the pack lasts, and by how much all of it changes in other packs that
+may be this one.
 """
 
 from collections.abc import Mapping, Sequence
@@ -21,7 +21,8 @@ from twin.damage.measures import Part
 from twin.load import Load
 from twin.pack import Pack
 
-QUICK_CYCLES, THOROUGH_CYCLES, SHORT_CYCLES = 4, 8, 1
+CYCLES, SHORT_CYCLES = 2, 1
+"""Twice as many change no ratio by more than 0.1 % (`python -m benchmarks.damage settle`)."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -82,9 +83,7 @@ def study(  # noqa: PLR0913
     Raises:
         CannotCycle: the pack cannot be cycled with constant currents like these.
     """
-    protocol = Protocol(
-        ambient_K=load.ambient_K, cycles=THOROUGH_CYCLES if thorough else QUICK_CYCLES
-    )
+    protocol = Protocol(ambient_K=load.ambient_K, cycles=CYCLES)
     found = assess(pack, manoeuvres, protocol, counterfactuals=thorough)
     names = {m.name: m.waveform for m in manoeuvres if m.name in found.motions}
     flown = attribute(

@@ -24,6 +24,7 @@ from twin.damage import (
     number,
 )
 from twin.damage.loss import Ledger
+from twin.damage.study import CYCLES
 from twin.effects import AGEING, ActiveMaterialLoss, Sei, SelfHeating, WeakCell
 from twin.pack import Pack
 from twin.protocol import ConstantCurrent, Rest, charge_cc_cv, run
@@ -101,7 +102,7 @@ def test_twice_the_cycles_change_the_normalised_numbers_by_less_than_two_percent
     pack: Pack,
 ) -> None:
     motion = (Manoeuvre(name="climbs", waveform=CLIMBS),)
-    few, many = (assess(pack, motion, Protocol(cycles=n)) for n in (4, 8))
+    few, many = (assess(pack, motion, Protocol(cycles=n)) for n in (CYCLES, 2 * CYCLES))
     for part in Part:
         for name, ratio in few.motions["climbs"].normalised[part].items():
             again = many.motions["climbs"].normalised[part][name].value

@@ -263,12 +263,17 @@ def test_a_life_that_cannot_go_on_says_why(pack: Pack) -> None:
     assert "in the flight" in told.ended
 
 
-def test_films_are_carried_over_hundreds_of_flights_as_roots(pack: Pack) -> None:
+def test_films_are_carried_over_hundreds_of_flights_as_roots(
+    pack: Pack, monkeypatch: pytest.MonkeyPatch
+) -> None:
     """Lithium lost to SEI alone, in three steps of up to 2000 flights, and in many small ones."""
     films = (Sei(solvent_diffusivity_m2_s=30 * 2.5e-22), SelfHeating())
     worn = replace(pack, initial_soc=1.0, effects=films)
     regime = Regime(load=constant(16.0, 1.0).load(5000.0, 298.15), rest_s=3600.0)
-    few, many = (life(worn, regime, share=s, step_share=k) for s, k in ((0.9, 0.5), (0.86, 0.02)))
+    monkeypatch.setattr("twin.damage.projection.STEP_SHARE", 0.02)
+    many = life(worn, regime, share=0.86)
+    monkeypatch.setattr("twin.damage.projection.STEP_SHARE", 0.5)
+    few = life(worn, regime, share=0.9)
     inside = (few.flights > 0) & (few.flights < many.flights[-1])
     assert np.diff(few.flights[inside]).max() > 1000
     fine_C = PchipInterpolator(many.flights, many.capacity_C)(few.flights[inside])
