@@ -16,7 +16,7 @@ from pathlib import Path
 
 import numpy as np
 
-from analyze.assessing import manoeuvres_of, spans_of
+from analyze.assessing import manoeuvres_of, others_of, spans_of
 from analyze.pipeline import Source, read_flight
 from analyze.replaying import load_of
 from analyze.start import pack_of
@@ -69,7 +69,8 @@ def times() -> None:
     for thorough, aim in ((False, 3), (True, 20)):
         study(pack, load, manoeuvres[:1], spans, thorough=False)
         began, used = time.perf_counter(), time.process_time()
-        found = study(pack, load, manoeuvres, spans, thorough=thorough)
+        others = others_of(pack, None) if thorough else None
+        found = study(pack, load, manoeuvres, spans, thorough=thorough, others=others)
         wall, processor = time.perf_counter() - began, time.process_time() - used
         motions = found.assessment.motions.values()
         runs = len(found.assessment.baselines.cycled)

@@ -28,6 +28,7 @@ FloatArray = npt.NDArray[np.float64]
 
 SOON_S, DAY_S = 1800.0, 43200.0
 """Rests before and after a charge: one flight soon after the other, and about one a day."""
+MOST_LOG = 700.0  # the exponential of more is no number
 SHARE = 0.8  # of the first capacity: where a life ends
 
 
@@ -51,7 +52,7 @@ class Lifetime:
     @property
     def interval_95(self) -> tuple[float, float]:
         """The truth lies in it in 95 % of cases; NaN if not known."""
-        half = exp(self.error.half_95)
+        half = exp(min(self.error.half_95, MOST_LOG))
         return self.reached / half, self.reached * half
 
 
