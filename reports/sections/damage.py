@@ -143,7 +143,7 @@ def _figures(study: Study) -> tuple[Figure, ...]:
     )
     beside = Figure(
         caption="Damage of a flight and its recharge over that of the lowest constant current. "
-        "Circles: constant currents. Stars: motions, at their mean current.",
+        "Circles: constant currents. Stars: motions, at their mean current, with 95 % intervals.",
         description=f"Over the lowest constant current: {said}.",
         svg=normalised_svg(study.assessment),
     )
