@@ -11,7 +11,6 @@ import pytest
 
 from reports.flight import FlightReport
 from reports.flight_page import flight_page
-from reports.page import flight_page
 from reports.quantity import significant
 from reports.render import render
 from reports.results import result_of
