@@ -4,43 +4,76 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
+from analyze.pack_choice import PackChoice
 from flightlogs.recording import Recording
 from reports.flight import ASSESSED
 from segment.profile import PeriodicProfile, TooLittle
 from segment.segment import Basis, Motion, Segment
+from twin.calibrate.doubt import draws
+from twin.calibrate.table import CalibrationError
 from twin.damage import (
     CannotCycle,
     Manoeuvre,
+    Others,
     Piece,
     Span,
     Study,
     Waveform,
     WaveformError,
+    ageing,
     study,
 )
 from twin.load import Load
 from twin.pack import Pack
 
+OTHERS = 6
 Profiles = Mapping[Motion, PeriodicProfile | TooLittle]
 
 
-def damage_of(
+def damage_of(  # noqa: PLR0913
     recording: Recording,
     segments: Sequence[Segment],
     profiles: Profiles,
     drawn: tuple[Pack, Load],
     *,
     thorough: bool,
+    pack: PackChoice | None = None,
 ) -> tuple[Study | None, str]:
-    """The study, or none and why; `drawn` is what the flight drew from, and its load."""
+    """The study, or none and why.
+
+    `drawn` is what the flight drew from, and its load; `pack` the pack file, if there is one.
+    """
     manoeuvres = manoeuvres_of(recording, segments, profiles)
     if not manoeuvres:
         return None, "No motion lasted long enough for a profile, so none can be repeated."
-    spans = [Span(name=s.motion.value, start_s=s.start_s, stop_s=s.stop_s) for s in segments]
     try:
-        return study(*drawn, manoeuvres, spans, thorough=thorough), ""
+        others = others_of(drawn[0], pack) if thorough else None
+        spans = spans_of(segments)
+        return study(*drawn, manoeuvres, spans, thorough=thorough, others=others), ""
     except CannotCycle as e:
         return None, f"The pack that stands for this one cannot be flown like this: {e}."
+    except CalibrationError as e:
+        return None, f"What is not known of the pack cannot be told: {e}."
+
+
+def others_of(pack: Pack, choice: PackChoice | None) -> Others:
+    """Packs that may be `pack` as well, by the fits beside its pack file, else by priors."""
+    cell, life = (choice.cell_doubt, choice.life_doubt) if choice else (None, None)
+    packs = draws(ageing(pack), OTHERS, cell=cell, aged=life)
+    return Others(packs=packs, of_cell=cell is not None, of_life=life is not None)
+
+
+def spans_of(segments: Sequence[Segment]) -> list[Span]:
+    """The segments in order; a take-off or landing could not have come at another moment."""
+    return [
+        Span(
+            name=s.motion.value,
+            start_s=s.start_s,
+            stop_s=s.stop_s,
+            movable=s.motion not in (Motion.GROUND, Motion.TAKEOFF, Motion.LANDING),
+        )
+        for s in segments
+    ]
 
 
 def manoeuvres_of(
@@ -63,16 +96,20 @@ def manoeuvres_of(
             Manoeuvre(
                 name=motion.value,
                 waveform=waveform,
-                pieces=tuple(
-                    Piece(duration_s=s.duration_s, mean_A=s.load.mean_A, rms_A=s.load.rms_A)
-                    for s in own
-                ),
-                off_mean_A=profile.fidelity.mean_A,
-                off_rms_A=profile.fidelity.rms_A,
+                pieces=tuple(piece(recording, s, waveform.sample_s) for s in own),
                 speed_m_s=speed_m_s(recording, own),
             )
         )
     return tuple(out)
+
+
+def piece(recording: Recording, segment: Segment, sample_s: float) -> Piece:
+    """A segment's current, sampled evenly, with the mean that it had."""
+    count = max(round(segment.duration_s / sample_s), 1)
+    times = segment.start_s + segment.duration_s * (np.arange(count) + 0.5) / count
+    current_A = np.interp(times, recording.time_s, recording.current_A)
+    shift_A = segment.load.mean_A - float(current_A.mean())
+    return Piece(current_A=current_A + shift_A, sample_s=segment.duration_s / count)
 
 
 def speed_m_s(recording: Recording, segments: Sequence[Segment]) -> float | None:

@@ -7,6 +7,8 @@ from functools import lru_cache
 from pathlib import Path
 
 from twin.builtin import load_cell
+from twin.calibrate.doubt import Doubt, read_doubt
+from twin.calibrate.table import CalibrationError
 from twin.cell import Cell
 from twin.pack_file import PackFile, PackFileError, cell_reference, is_path, parse_pack_file
 
@@ -20,12 +22,16 @@ class PackChoice:
     Attributes:
         file: its content.
         cell: path of the cell's BPX file, or the name of a built-in cell.
-        sha256: of the pack file and of the cell file it names.
+        sha256: of the pack file, of the cell file it names, and of the fits beside them.
+        cell_doubt: what the calibration of the cell left open; None if it was not calibrated.
+        life_doubt: what the fit to a life left open; None if there was none.
     """
 
     file: PackFile
     cell: str | Path
     sha256: str
+    cell_doubt: Doubt | None = None
+    life_doubt: Doubt | None = None
 
 
 def read_pack(path: Path) -> PackChoice:
@@ -40,7 +46,33 @@ def read_pack(path: Path) -> PackChoice:
     content = text.encode()
     if is_path(file.pack.cell):
         content += b"\0" + Path(cell).read_bytes()
-    return PackChoice(file=file, cell=cell, sha256=hashlib.sha256(content).hexdigest())
+    beside = (_fit_of_cell(Path(cell)) if is_path(file.pack.cell) else None, _fit_of_life(path))
+    texts = [p.read_text(encoding="utf-8") if p and p.is_file() else "" for p in beside]
+    try:
+        doubts = [
+            read_doubt(text, name=str(p)) if text else None
+            for p, text in zip(beside, texts, strict=True)
+        ]
+    except CalibrationError as e:
+        raise PackFileError(str(e)) from e
+    content += "\0".join(texts).encode()
+    return PackChoice(
+        file=file,
+        cell=cell,
+        sha256=hashlib.sha256(content).hexdigest(),
+        cell_doubt=doubts[0],
+        life_doubt=doubts[1],
+    )
+
+
+def _fit_of_cell(cell: Path) -> Path:
+    """What `twin calibrate` writes beside the cell."""
+    return cell.with_name(f"{cell.name.removesuffix('.json').removesuffix('.bpx')}.fit.json")
+
+
+def _fit_of_life(pack: Path) -> Path:
+    """What it writes beside the pack file of a pack whose ageing it fitted."""
+    return pack.with_suffix(".ageing.json")
 
 
 @lru_cache(maxsize=4)

@@ -23,7 +23,13 @@ from flightlogs.sensor import read_sensor
 from reports.flight import FlightReport, PackUse, Provenance
 from segment import cut, periodic_profiles
 from twin.cell import Cell
+from twin.damage import ageing
+from twin.kernel import Backend
+from twin.pack import Pack
+from twin.pack_file import effects_of
+from twin.pack_model import begin
 from twin.replay import Replay
+from twin.simulate import DEFAULT_MESH
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -124,6 +130,7 @@ def analyse(inputs: Inputs, *, clock: Callable[[], float]) -> FlightReport:
         OSError: a file cannot be opened.
     """
     began = clock()
+    _compile_ahead(inputs.pack)
     flight = read_flight(inputs)
     segments = cut(flight.recording)
     use, played = flight.use, replay(flight.recording, flight.use, flight.cell)
@@ -138,6 +145,7 @@ def analyse(inputs: Inputs, *, clock: Callable[[], float]) -> FlightReport:
         profiles,
         (pack, played.load),
         thorough=inputs.thorough,
+        pack=inputs.pack,
     )
     return FlightReport(
         log=flight.log,
@@ -153,6 +161,15 @@ def analyse(inputs: Inputs, *, clock: Callable[[], float]) -> FlightReport:
         no_damage=no_damage,
         mismatch=mismatch,
     )
+
+
+def _compile_ahead(choice: PackChoice | None) -> None:
+    """Both kernels, side by side, while the log is read: that of the pack, and as it ages."""
+    file = choice.file if choice else None
+    cell, _ = cell_of(choice.cell if choice else DEFAULT_CELL)
+    pack = Pack(cell=cell, effects=effects_of(file))
+    for one in (pack, ageing(pack)):
+        begin(one, DEFAULT_MESH, Backend.AUTO)
 
 
 def _sensor(source: Source, log: FlightLog) -> Sensor:

@@ -16,7 +16,7 @@ from pathlib import Path
 
 import numpy as np
 
-from analyze.assessing import manoeuvres_of
+from analyze.assessing import manoeuvres_of, others_of, spans_of
 from analyze.pipeline import Source, read_flight
 from analyze.replaying import load_of
 from analyze.start import pack_of
@@ -54,12 +54,11 @@ def flown() -> tuple[Pack, Load, tuple[Manoeuvre, ...], list[Span]]:
     flight = read_flight(Source(log=LOG, sensor=sensor, pack=None, battery=None))
     segments = cut(flight.recording)
     profiles = periodic_profiles(flight.recording, segments)
-    spans = [Span(name=s.motion.value, start_s=s.start_s, stop_s=s.stop_s) for s in segments]
     return (
         pack_of(flight.use, flight.cell),
         load_of(flight.recording, flight.use),
         manoeuvres_of(flight.recording, segments, profiles),
-        spans,
+        spans_of(segments),
     )
 
 
@@ -70,7 +69,8 @@ def times() -> None:
     for thorough, aim in ((False, 3), (True, 20)):
         study(pack, load, manoeuvres[:1], spans, thorough=False)
         began, used = time.perf_counter(), time.process_time()
-        found = study(pack, load, manoeuvres, spans, thorough=thorough)
+        others = others_of(pack, None) if thorough else None
+        found = study(pack, load, manoeuvres, spans, thorough=thorough, others=others)
         wall, processor = time.perf_counter() - began, time.process_time() - used
         motions = found.assessment.motions.values()
         runs = len(found.assessment.baselines.cycled)

@@ -1,18 +1,30 @@
 """`Study` -> the parts of `result.json` that tell the damage."""
 
 import math
+from typing import Literal
 
 from reports.result import (
     AssessmentPart,
     BaselinePart,
     DamagePart,
+    FlightsPart,
     LifePart,
     LossPart,
     RatioPart,
     RelativePart,
 )
 from twin.constants import ZERO_CELSIUS_K
-from twin.damage import MEASURES, Assessed, Cost, Lives, Loss, Part, Ratio, Study
+from twin.damage import (
+    MEASURES,
+    Assessed,
+    Cost,
+    Lifetime,
+    Loss,
+    Others,
+    Part,
+    Ratio,
+    Study,
+)
 
 MAH = 1 / 3.6  # of a coulomb
 
@@ -49,6 +61,9 @@ def damage_part(study: Study | None, motion: str) -> DamagePart | None:
         negative_stress_mpa=stress[0],
         positive_stress_mpa=stress[1],
         as_flown=_as_flown(study, motion),
+        other_order_95={
+            name: _finite(study.attribution.order_error(motion, name).half_95) for name in MEASURES
+        },
         counterfactuals=_counterfactuals(own),
     )
 
@@ -86,7 +101,7 @@ def assessment_part(study: Study | None) -> AssessmentPart | None:
         ),
         in_flight=loss_part(study.attribution.whole.loss, whole),
         not_assessed=dict(found.cannot),
-        life=_life(study.lives),
+        life=_life(study),
     )
 
 
@@ -124,21 +139,48 @@ def _counterfactuals(own: Assessed) -> dict[str, dict[str, float | None]] | None
     }
 
 
-def _life(lives: Lives | None) -> LifePart | None:
+def _life(study: Study) -> LifePart | None:
+    lives = study.lives
     if lives is None:
         return None
+    others = study.others
     return LifePart(
         share=lives.share,
-        flights=_finite(lives.soon.reached),
-        flights_daily=_finite(lives.daily.reached),
-        numerical_std=_finite(lives.soon.error),
+        as_flown=_flights(lives.soon),
+        daily=_flights(lives.daily),
+        limited=_flights(lives.gentle),
         limit_a=lives.most_A,
-        flights_limited=_finite(lives.gentle.reached),
+        motions={name: _flights(one) for name, one in lives.motions.items()},
+        mix_of_motions=_finite(lives.by_shares),
+        cell_uncertain=bool(others and others.of_cell),
+        ageing=_ageing(others),
+    )
+
+
+def _ageing(others: Others | None) -> Literal["fitted", "assumed", "exact"]:
+    if others is None:
+        return "exact"
+    return "fitted" if others.of_life else "assumed"
+
+
+def _flights(one: Lifetime) -> FlightsPart:
+    lower, upper = one.interval_95
+    return FlightsPart(
+        flights=_finite(one.reached),
+        lower_95=_finite(lower),
+        upper_95=_finite(upper),
+        ended=one.projection.ended,
     )
 
 
 def _ratio(ratio: Ratio) -> RatioPart:
-    return RatioPart(value=_finite(ratio.value), std=_finite(ratio.std))
+    lower, upper = ratio.interval_95
+    return RatioPart(
+        value=_finite(ratio.value),
+        std=_finite(ratio.error.std),
+        lower_95=_finite(lower),
+        upper_95=_finite(upper),
+    )
 
 
 def _finite(value: float) -> float | None:

@@ -57,7 +57,8 @@ def _panel(ax: "Axes", found: Assessment, name: str) -> None:
     )  # fmt: skip
     for motion, own in found.motions.items():
         ratio = own.normalised[Part.WHOLE][name]
-        bar = ratio.std if np.isfinite(ratio.std) else 0.0
+        half = ratio.error.half_95
+        bar = half if np.isfinite(half) else 0.0
         ax.errorbar(
             own.manoeuvre.waveform.mean_A, ratio.value, bar, marker="*", markersize=13,
             color=plots.MOTION_COLOUR[Motion(motion)], markeredgecolor="black",

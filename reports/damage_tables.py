@@ -37,12 +37,13 @@ def name_of(motion: str) -> str:
 
 
 def in_words(ratio: Ratio) -> str:
-    """With one standard deviation, if it is known, rounded up: none is nothing."""
+    """With half of the 95 % interval, if it is known, rounded up: none is nothing."""
     if not math.isfinite(ratio.value):
         return MISSING
-    if not math.isfinite(ratio.std):
+    half = ratio.error.half_95
+    if not math.isfinite(half):
         return fixed(ratio.value, 3)
-    return f"{fixed(ratio.value, 3)} ± {fixed(math.ceil(1000 * ratio.std) / 1000, 3)}"
+    return f"{fixed(ratio.value, 3)} ± {fixed(math.ceil(1000 * half) / 1000, 3)}"
 
 
 def _rows_of(study: Study) -> list[tuple[str, Cycled, float | None]]:
@@ -140,12 +141,12 @@ def _both_views(study: Study) -> Table:
         again = study.attribution.repeated.get(name)
         if again is None or not flown.drawn_C:
             continue
-        std = study.attribution.relative_std(name, "lithium")
+        half = study.attribution.order_error(name, "lithium").half_95
         per_Ah = [1e6 * c.loss.inventory_C / c.drawn_C for c in (flown, again)]
         rows.append(
             (
                 name_of(name),
-                _pm_units(per_Ah[0], std),
+                _pm_units(per_Ah[0], half),
                 significant(per_Ah[1]),
                 celsius(flown.mean_K),
                 celsius(again.mean_K),
@@ -155,7 +156,8 @@ def _both_views(study: Study) -> Table:
         )
     return _table(
         "Lithium lost in the air, both views. They differ where this flight's motion was flown in "
-        "a pack that was colder or warmer, or fuller, than the mean of a whole discharge",
+        "a pack that was colder or warmer, or fuller, than the mean of a whole discharge. ±: in "
+        "95 % of other orders the same segments would have cost that motion no more, and no less",
         titles,
         rows,
     )

@@ -196,7 +196,10 @@ class RatioPart(_Part):
     """Null where the damage is next to nothing, so that a ratio of it says nothing."""
     std: float | None
     """One standard deviation, by the spread of the motion's segments and what its profile misses;
-    null for a single segment. The twin's parameters are not in it."""
+    null for a single segment."""
+    lower_95: float | None
+    """Of the 95 % interval, Student's t of as few segments as there were; null as `std`."""
+    upper_95: float | None
 
 
 class DamagePart(_Part):
@@ -225,6 +228,9 @@ class DamagePart(_Part):
     positive_stress_mpa: tuple[float, float]
     as_flown: LossPart | None
     """By this motion's segments in this flight; null if the replay did not come so far."""
+    other_order_95: dict[str, float | None]
+    """Measure -> the segments of this flight in another order would have changed what this motion
+    costs per charge by less than this share, in 95 % of orders; null where it is not known."""
     counterfactuals: dict[str, dict[str, float | None]] | None
     """Feature -> measure -> share of the damage that goes with it (negative: that it holds back).
     Features: peaks, ripple, ramps, duty, temperature. Null unless the analysis was thorough."""
@@ -269,20 +275,39 @@ class BaselinePart(_Part):
     in_flight: LossPart
 
 
+class FlightsPart(_Part):
+    """A number of flights."""
+
+    flights: float | None
+    """Null if the life ends before: `ended`."""
+    lower_95: float | None
+    """Of the 95 % interval: what is not known of pack and motion, and the error of the steps."""
+    upper_95: float | None
+    ended: str
+
+
 class LifePart(_Part):
     """Flights to a share of the first capacity, if the pack is always flown like this."""
 
     share: Share
-    flights: float | None
-    """With half an hour of rest before and after each charge; null if it ends before."""
-    flights_daily: float | None
+    as_flown: FlightsPart
+    """With half an hour of rest before and after each charge."""
+    daily: FlightsPart
     """With half a day before and after each charge: what standing costs."""
-    numerical_std: float | None
-    """Of `flights`."""
+    limited: FlightsPart
+    """As flown, the peaks above the limit taken off and their charge drawn below it."""
     limit_a: float
     """Limit on the current of the what-if."""
-    flights_limited: float | None
-    """As `flights`, the peaks above the limit taken off and their charge drawn below it."""
+    motions: dict[str, FlightsPart]
+    """Of each motion alone, in flights that draw the charge of this one."""
+    mix_of_motions: float | None
+    """What `motions` say of the mix of this flight: one over the mean of one over flights, by the
+    charge that each drew. Beside `as_flown` it tells how well other mixes can be told so."""
+    cell_uncertain: bool
+    """The intervals hold what the calibration of the cell left open."""
+    ageing: Literal["fitted", "assumed", "exact"]
+    """The constants of ageing, in the intervals: as a fit to a life left them open; as they differ
+    from cell to cell; or taken as exact."""
 
 
 class AssessmentPart(_Part):

@@ -7,7 +7,8 @@ over it: what is carried goes from step to step, `each` changes from step to ste
 import ctypes
 import re
 import subprocess
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from enum import Enum
 from pathlib import Path
@@ -58,12 +59,27 @@ class Kernel(Protocol):
 
 def kernel(function: ca.Function, backend: Backend = Backend.AUTO) -> Kernel:
     """The loop over `function`; in the virtual machine where no compiled code can be had."""
-    if backend is Backend.AUTO and (found := compiled.compiler()):
+    return begun(function, backend)()
+
+
+def begun(function: ca.Function, backend: Backend = Backend.AUTO) -> Callable[[], Kernel]:
+    """`kernel`, compiled while the caller does something else; calling it waits for the loop.
+
+    Only the compiler runs beside the caller: CasADi's symbols belong to one thread.
+    """
+    if backend is not Backend.AUTO or not (found := compiled.compiler()):
+        return lambda: VirtualLoop(function)
+    pool = ThreadPoolExecutor(1)
+    library = pool.submit(compiled.library, _source(function), found)
+    pool.shutdown(wait=False)
+
+    def made() -> Kernel:
         try:
-            return CompiledLoop(compiled.library(_source(function), found), function)
+            return CompiledLoop(library.result(), function)
         except (OSError, subprocess.SubprocessError):
-            pass  # read-only home, full disk, broken compiler: the same numbers, slower
-    return VirtualLoop(function)
+            return VirtualLoop(function)  # read-only home, full disk: the same numbers, slower
+
+    return made
 
 
 PRELUDE = """

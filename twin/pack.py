@@ -77,6 +77,8 @@ class Pack:
         initial_K: temperature at the start.
         effects: what acts beyond the isothermal P2D model.
         mechanics: elastic constants, for the effects that need them.
+        moved: (name, difference) of the kernel's numbers from those of `cell`: another cell that
+            what is known of this one allows, without a kernel of its own.
     """
 
     cell: Cell
@@ -87,6 +89,7 @@ class Pack:
     initial_K: float = 298.15
     effects: tuple[AnyEffect, ...] = ()
     mechanics: Mechanics = OKANE_2022
+    moved: tuple[tuple[str, float], ...] = ()
 
     def __post_init__(self) -> None:
         for name, low, high in (
@@ -125,6 +128,8 @@ class Pack:
         values["area_m2"] *= self.scale
         values["heat_capacity_J_K"] *= self.scale
         values["cooling_area_m2"] *= self.scale ** (2 / 3)
+        for name, difference in self.moved:
+            values[name] += difference
         for effect in self.effects:
             if isinstance(effect, SeriesResistance):  # of the pack, shared out to its cells
                 share = self.parallel / self.series

@@ -8,13 +8,14 @@ equal cells runs the very kernel of the cell.
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
+from typing import NamedTuple
 
 import numpy as np
 import numpy.typing as npt
 
 from twin.audit import audit, mean_audit
 from twin.cell import Cell
-from twin.kernel import Backend, Kernel, kernel
+from twin.kernel import Backend, Kernel, begun
 from twin.limits import COLUMN
 from twin.mesh import Mesh
 from twin.pack import CellKind, Pack
@@ -108,19 +109,42 @@ class PackModel:
 
 def pack_model(pack: Pack, mesh: Mesh, backend: Backend) -> PackModel:
     """Of `pack`; kernels are kept, so the same again costs nothing."""
-    cell, own = _cell_kernel(
-        pack.cell, mesh, backend, ageing=pack.ages, stressed=pack.stressed,
-        hysteretic=pack.hysteretic,
-    )  # fmt: skip
+    cell, own = _cell_kernel(_Structure.of(pack, mesh, backend))
     return PackModel(cell, tuple(kind.count for kind in pack.cells()), own)
 
 
+def begin(pack: Pack, mesh: Mesh, backend: Backend) -> None:
+    """Start to compile what `pack_model` will ask for, and do not wait for it."""
+    _begun(_Structure.of(pack, mesh, backend))
+
+
+class _Structure(NamedTuple):
+    """What a kernel depends on; all else are its inputs."""
+
+    cell: Cell
+    mesh: Mesh
+    backend: Backend
+    ageing: bool
+    stressed: bool
+    hysteretic: bool
+
+    @classmethod
+    def of(cls, pack: Pack, mesh: Mesh, backend: Backend) -> "_Structure":
+        return cls(pack.cell, mesh, backend, pack.ages, pack.stressed, pack.hysteretic)
+
+
 @lru_cache(maxsize=16)
-def _cell_kernel(  # noqa: PLR0913
-    cell: Cell, mesh: Mesh, backend: Backend, *, ageing: bool, stressed: bool, hysteretic: bool
-) -> tuple[StepModel, Kernel]:
-    model = StepModel(cell, mesh, ageing=ageing, stressed=stressed, hysteretic=hysteretic)
-    return model, kernel(model.step(), backend)
+def _cell_kernel(of: _Structure) -> tuple[StepModel, Kernel]:
+    model, made = _begun(of)
+    return model, made()
+
+
+@lru_cache(maxsize=16)
+def _begun(of: _Structure) -> tuple[StepModel, Callable[[], Kernel]]:
+    model = StepModel(
+        of.cell, of.mesh, ageing=of.ageing, stressed=of.stressed, hysteretic=of.hysteretic
+    )
+    return model, begun(model.step(), of.backend)
 
 
 def of_places(pack: Pack, rows: FloatArray) -> FloatArray:
@@ -133,3 +157,4 @@ def of_places(pack: Pack, rows: FloatArray) -> FloatArray:
 def forget() -> None:
     """Drop the kernels that are kept, so that they are made anew."""
     _cell_kernel.cache_clear()
+    _begun.cache_clear()

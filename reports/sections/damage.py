@@ -1,15 +1,14 @@
 """What each motion did to the battery."""
 
-import math
-
 from reports.damage import MAH
+from reports.damage_lives import life_notes, life_rows, life_tables
 from reports.damage_plots import TITLES, course_svg, normalised_svg
 from reports.damage_tables import in_words, name_of, tables_of
 from reports.flight import FlightReport
 from reports.quantity import fixed, significant
-from reports.section import Figure, Notice, Row, Section, Severity
+from reports.section import Figure, Notice, Section, Severity
 from segment.segment import Motion
-from twin.damage import Assessed, Attribution, Lives, Part, Ratio, Study
+from twin.damage import Assessed, Attribution, Part, Ratio, Study
 from twin.effects import AGEING
 
 FAST_LOSS = 1e-3  # of the material in a flight: a cell that lost so much would last 200 flights
@@ -18,9 +17,10 @@ NOTES = (
     "current of 1C, then constant voltage, no rest), again and again; so are the constant "
     "currents. Lithium lost is what does not return: bound in SEI and SEI on cracks, plated and "
     "cut off, or trapped in lost active material.",
-    "± is one standard deviation, from how the segments of a motion differ and what its profile "
-    "misses of them. The constants of ageing are not in it: they largely cancel in ratios, and not "
-    "at all in absolute figures and in lifetimes.",
+)
+SPREAD = (
+    "± is half of the 95 % interval (Student's t): how the segments of a motion differ, each flown "
+    "by itself, what the profile misses of them, 0.1 % of the steps"
 )
 
 
@@ -37,10 +37,24 @@ def damage(report: FlightReport) -> Section | None:
         title="What each motion did to the battery",
         lead=_lead(study),
         notices=_notices(study),
-        rows=_life(study.lives) if study.lives else (),
+        rows=life_rows(study.lives) if study.lives else (),
         figures=_figures(study),
-        tables=tables_of(study),
-        notes=NOTES,
+        tables=(*tables_of(study), *life_tables(study)),
+        notes=(*NOTES, _spread(study), *life_notes(study)),
+    )
+
+
+def _spread(study: Study) -> str:
+    """What the intervals of ratios hold."""
+    if study.others is None:
+        return (
+            f"{SPREAD}. What is not known of the cell and of the constants of ageing is not in it "
+            "(--thorough adds it): it largely cancels in ratios, not at all in absolute figures."
+        )
+    held = "the numbers of the cell and " if study.others.of_cell else ""
+    return (
+        f"{SPREAD}, and {held}the constants of ageing, which are in the intervals of ratios "
+        "and lifetimes, not in the absolute figures of a flight."
     )
 
 
@@ -80,8 +94,7 @@ def _costliest(flown: Attribution) -> tuple[str, ...]:
 
 
 def _per_energy(own: Assessed) -> Ratio:
-    ratio = own.excess[Part.WHOLE]["lithium"]
-    return Ratio(value=ratio.value / own.energy, std=ratio.std / own.energy)
+    return own.excess[Part.WHOLE]["lithium"] * (1 / own.energy)
 
 
 def _times(ratio: Ratio) -> str:
@@ -130,32 +143,8 @@ def _figures(study: Study) -> tuple[Figure, ...]:
     )
     beside = Figure(
         caption="Damage of a flight and its recharge over that of the lowest constant current. "
-        "Circles: constant currents. Stars: motions, at their mean current.",
+        "Circles: constant currents. Stars: motions, at their mean current, with 95 % intervals.",
         description=f"Over the lowest constant current: {said}.",
         svg=normalised_svg(study.assessment),
     )
     return beside, flown
-
-
-def _life(lives: Lives) -> tuple[Row, ...]:
-    share = fixed(100 * lives.share, 0)
-    note = "if always flown and charged like this, at this temperature; an example, see above"
-    limited = f"the same with no current above {fixed(lives.most_A, 1)} A"
-
-    def flights(reached: float, ended: str) -> str:
-        return fixed(reached, 0) if math.isfinite(reached) else f"ends before: {ended}"
-
-    soon, daily, gentle = lives.soon, lives.daily, lives.gentle
-    return (
-        Row(
-            label=f"Flights to {share} % of the capacity",
-            value=f"{flights(daily.reached, daily.ended)} to {flights(soon.reached, soon.ended)}",
-            note=f"{note}; from one flight a day to one soon after the other",
-        ),
-        Row(
-            label="What gentler flying would save",
-            value=flights(gentle.reached, gentle.ended),
-            unit="flights",
-            note=f"{limited}, beside {flights(soon.reached, soon.ended)}",
-        ),
-    )

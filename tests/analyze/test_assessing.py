@@ -25,8 +25,10 @@ def test_a_profile_becomes_a_manoeuvre_with_its_segments() -> None:
     assert hover.name == "hover"
     np.testing.assert_array_equal(hover.waveform.current_A, profile.current_A)
     assert hover.waveform.period_s == pytest.approx(profile.period_s)
-    assert [p.duration_s for p in hover.pieces] == [16.0]
-    assert (hover.off_mean_A, hover.off_rms_A) == (0.01, -0.02)
+    (piece,) = hover.pieces
+    (segment,) = [s for s in example.segments() if s.motion is Motion.HOVER]
+    assert piece.current_A.size * piece.sample_s == pytest.approx(16.0)
+    assert piece.current_A.mean() == pytest.approx(segment.load.mean_A)
     assert hover.speed_m_s == 0.0
 
 

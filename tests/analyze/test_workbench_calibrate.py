@@ -96,6 +96,9 @@ def test_a_pack_file_comes_out_whose_pack_does_what_was_measured(tmp_path: Path)
     assert {p.name for p in out.iterdir()} == FILES
     choice = read_pack(out / "new.toml")
     assert choice.file.pack.name == 'a "pack"'
+    assert choice.cell_doubt is not None
+    assert "negative.porosity" in choice.cell_doubt.names
+    assert choice.life_doubt is None
     assert choice.file.twin.physics == ("self_heating", "sei", "series_resistance")
     cell, _ = cell_of(choice.cell)
     pack = pack_of(pack_use(None, choice.file, cell, builtin=False), cell)
@@ -334,7 +337,10 @@ def test_a_life_alone_gives_a_pack_file_that_ages_so(tmp_path: Path) -> None:
     values = {p["name"]: p["value"] for p in told["parameters"]}
     sei = tomllib.loads((out / "new.toml").read_text())["effects"]["sei"]
     assert sei["solvent_diffusivity_m2_s"] == values["sei.solvent_diffusivity_m2_s"] > 2e-20
-    read_pack(out / "new.toml")
+    choice = read_pack(out / "new.toml")
+    assert choice.life_doubt is not None
+    assert "sei.solvent_diffusivity_m2_s" in choice.life_doubt.names
+    assert choice.cell_doubt is None
 
 
 @pytest.mark.parametrize(

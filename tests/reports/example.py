@@ -16,8 +16,11 @@ from twin.builtin import load_cell
 from twin.calibrate.answer import Estimate, Verdict
 from twin.calibrate.flight import FlightFit
 from twin.damage import (
+    Error,
+    Lifetime,
     Lives,
     Manoeuvre,
+    Others,
     Piece,
     Projection,
     Protocol,
@@ -245,10 +248,11 @@ def fitted_pack() -> PackUse:
     return replace(pack(), fitting=Fitting(outcome=flight_fit(), before_V=0.0721))
 
 
-def projection(reached: float, ended: str = "") -> Projection:
-    return Projection(
+def lifetime(reached: float, ended: str = "") -> Lifetime:
+    told = Projection(
         flights=np.zeros(1), capacity_C=np.ones(1), reached=reached, error=9.0, ended=ended
     )
+    return Lifetime(projection=told, error=Error(std=0.3, freedom=6.0))
 
 
 @cache
@@ -256,7 +260,9 @@ def study(*, thorough: bool) -> Study:
     """Of hover, cycled once, and of the flight as flown; the lives are made up."""
     pack = Pack(cell=load_cell("lipo_2200"), series=4)
     wave = Waveform(current_A=18 + 4 * np.sin(np.arange(20)), sample_s=0.5)
-    pieces = tuple(Piece(duration_s=8.0, mean_A=m, rms_A=m + 0.3) for m in (17.9, 18.1))
+    pieces = tuple(
+        Piece(current_A=m + 4 * np.sin(np.arange(20.0)), sample_s=0.5) for m in (17.9, 18.1)
+    )
     hover = Manoeuvre(name="hover", waveform=wave, pieces=pieces, speed_m_s=0.5)
     found = assess(pack, [hover], Protocol(cycles=1), counterfactuals=thorough)
     flown = attribute(
@@ -268,15 +274,19 @@ def study(*, thorough: bool) -> Study:
     )
     lives = Lives(
         share=0.8,
-        soon=projection(812.0),
-        daily=projection(405.0),
+        soon=lifetime(812.0),
+        daily=lifetime(405.0),
         most_A=24.0,
-        gentle=projection(float("nan"), "in the flight the voltage reached the lower cut-off"),
+        gentle=lifetime(float("nan"), "in the flight the voltage reached the lower cut-off"),
+        motions={"hover": lifetime(900.0)},
+        by_shares=870.0,
+        packs=2,
     )
     return Study(
         assessment=found,
         attribution=flown,
         lives=lives if thorough else None,
+        others=Others(packs=(pack, pack), of_cell=True, of_life=False) if thorough else None,
         cyclable_C=Ledger(found.pack).cyclable_C,
     )
 

@@ -6,10 +6,12 @@ from dataclasses import replace
 from importlib import resources
 
 import jsonschema
+import numpy as np
 import pytest
 
 from reports.flight import FlightReport
 from reports.flight_page import flight_page
+from reports.quantity import significant
 from reports.render import render
 from reports.results import result_of
 from reports.section import Section, Severity
@@ -49,7 +51,12 @@ def test_the_result_keeps_the_schema_and_its_parts_agree(*, thorough: bool) -> N
     assert told["per_wh"]["lithium_mah"] * told["energy_wh"] == pytest.approx(per_flight)
     assert told["distance_km"] == pytest.approx(0.5e-3 * told["flown_s"])
     assert set(beside["per_flight"]) == set(beside["in_flight"]) == MEASURES
-    assert beside["in_flight"]["positive"] == {"value": None, "std": None}
+    nothing = {"value": None, "std": None, "lower_95": None, "upper_95": None}
+    assert beside["in_flight"]["positive"] == nothing
+    ratio = beside["per_flight"]["lithium"]
+    assert ratio["upper_95"] - ratio["value"] > 1.96 * ratio["std"] > 0  # Student's t of two
+    assert ratio["lower_95"] == pytest.approx(max(2 * ratio["value"] - ratio["upper_95"], 0.0))
+    assert set(told["other_order_95"]) == MEASURES
     assert beside["per_flight"]["sei"]["value"] == pytest.approx(1.0, abs=0.05)
     assert whole["motions"]["horizontal"]["damage"] is None
     assert [b["current_a"] for b in whole["assessment"]["baselines"]] == [18, 19, 20, 21]
@@ -59,10 +66,19 @@ def test_the_result_keeps_the_schema_and_its_parts_agree(*, thorough: bool) -> N
 
 def test_the_life_is_told_with_its_interval_and_what_ends_it() -> None:
     life = json.loads(result_of(report(thorough=True)).model_dump_json())["assessment"]["life"]
-    assert (life["flights"], life["flights_daily"], life["flights_limited"]) == (812, 405, None)
-    values = [row.value for row in shown(report(thorough=True)).rows]
-    assert values[0] == "405 to 812"
-    assert "cut-off" in values[1]
+    assert [life[k]["flights"] for k in ("as_flown", "daily", "limited")] == [812, 405, None]
+    lower, upper = life["as_flown"]["lower_95"], life["as_flown"]["upper_95"]
+    assert upper / 812 == pytest.approx(812 / lower) == pytest.approx(np.exp(2.4469 * 0.3), 1e-3)
+    assert life["motions"]["hover"]["flights"] == 900
+    assert (life["cell_uncertain"], life["ageing"]) == (True, "assumed")
+    section = shown(report(thorough=True))
+    assert section.rows[0].value == "812"
+    assert f"{significant(lower, 2)} to {significant(upper, 2)}" in section.rows[0].note
+    assert "cut-off" in section.rows[1].value
+    (table,) = [t for t in section.tables if t.caption.startswith("Flights to 80 %")]
+    assert [row[0].text for row in table.rows][-1] == "hover only"
+    assert any("gives 870, the flight itself 812" in note for note in section.notes)
+    assert any("factor 10 in the growth of SEI" in note for note in section.notes)
 
 
 def test_a_pilot_reads_what_a_flight_costs_and_that_the_constants_are_an_example() -> None:
@@ -109,9 +125,9 @@ def test_the_drawing_has_a_star_a_motion_and_a_circle_a_baseline() -> None:
 
 def test_the_tables_have_a_row_a_motion_and_why_only_if_thorough() -> None:
     quick, thorough = (shown(report(thorough=t)).tables for t in (False, True))
-    assert len(thorough) == len(quick) + 1
+    assert len(thorough) == len(quick) + 2
     assert [row[0].text for row in quick[0].rows] == ["hover", *4 * ["constant current"]]
-    assert len(thorough[-1].rows) == 5
+    assert len(thorough[-2].rows) == 5
     html = render(flight_page(report(thorough=True)))
     assert "What each motion did to the battery" in html
     assert not re.search(r"\bnan\b", html, re.IGNORECASE)

@@ -2,6 +2,7 @@
 
 import subprocess
 import sys
+import threading
 from pathlib import Path
 
 import casadi as ca
@@ -11,7 +12,7 @@ import pytest
 from twin import compiled
 from twin.builtin import load_cell
 from twin.compiled import cache_folder
-from twin.kernel import Backend, CompiledLoop, Kernel, VirtualLoop, kernel
+from twin.kernel import Backend, CompiledLoop, Kernel, VirtualLoop, begun, kernel
 from twin.load import Load
 from twin.pack import Pack
 from twin.simulate import simulate
@@ -92,6 +93,24 @@ def test_several_processes_may_start_at_once(own_cache: Path) -> None:
 
 
 @pytest.mark.usefixtures("own_cache")
+@needs_compiler
+def test_two_kernels_are_compiled_side_by_side_while_the_caller_goes_on(
+    own_cache: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    both, genuine = threading.Barrier(2, timeout=20), compiled.library
+
+    def library(source: str, found: compiled.Compiler) -> Path:
+        both.wait()  # broken, were the second not begun before the first is done
+        return genuine(source, found)
+
+    monkeypatch.setattr(compiled, "library", library)
+    made = [begun(adding(factor)) for factor in (1.0, 2.0)]
+    loops = [m() for m in made]
+    assert all(isinstance(loop, CompiledLoop) for loop in loops)
+    assert [first(loop, 3.0) for loop in loops] == [9.0, 18.0]
+    assert len(list(own_cache.glob("*.so"))) == 2
+
+
 def test_without_a_compiler_the_virtual_machine_serves(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(compiled, "compiler", lambda: None)
     loop = kernel(adding())

@@ -9,15 +9,18 @@ from twin.damage.assess import (
     ageing,
     assess,
 )
-from twin.damage.attribution import Attribution, Cost, Span, attribute
+from twin.damage.attribution import Attribution, Span, attribute
 from twin.damage.baselines import Baselines
+from twin.damage.cost import Cost
 from twin.damage.counterfactual import FEATURES
 from twin.damage.cycles import CannotCycle, Cycled, Extremes, Protocol, cycle
+from twin.damage.error import Error
+from twin.damage.lives import Lifetime, Lives, Mix, project
 from twin.damage.loss import Loss
 from twin.damage.measures import MEASURES, Part, number
 from twin.damage.projection import Projection, life
 from twin.damage.spread import Piece
-from twin.damage.study import Lives, Study, study
+from twin.damage.study import Others, Study, study
 from twin.damage.waveform import Waveform, WaveformError, constant
 
 __all__ = [
@@ -31,10 +34,14 @@ __all__ = [
     "CannotCycle",
     "Cost",
     "Cycled",
+    "Error",
     "Extremes",
+    "Lifetime",
     "Lives",
     "Loss",
     "Manoeuvre",
+    "Mix",
+    "Others",
     "Part",
     "Piece",
     "Projection",
@@ -51,5 +58,6 @@ __all__ = [
     "cycle",
     "life",
     "number",
+    "project",
     "study",
 ]

@@ -5,22 +5,28 @@ one protocol. Runs are shared out to threads: the compiled kernel lets other thr
 """
 
 import os
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
 from functools import partial
 
+import numpy as np
+import numpy.typing as npt
+
 from twin.damage.baselines import Baselines, currents_A
 from twin.damage.counterfactual import FEATURES
 from twin.damage.cycles import CannotCycle, Cycled, Protocol, cycle
+from twin.damage.error import UNKNOWN_ERROR, Error
 from twin.damage.measures import MEASURES, NEXT_TO_NOTHING, Part, number
-from twin.damage.spread import Piece, relative_std
+from twin.damage.spread import Piece, error_of, grouped
 from twin.damage.waveform import Waveform, constant
 from twin.effects import AGEING, AnyEffect, SelfHeating
 from twin.kernel import Backend
 from twin.pack import Pack
 from twin.pack_model import pack_model
 from twin.simulate import DEFAULT_MESH
+
+FloatArray = npt.NDArray[np.float64]
 
 TEMPERATURE = "temperature"
 """Beside FEATURES: the pack is held at the temperature of the air."""
@@ -34,28 +40,33 @@ class Manoeuvre:
         name: of the motion.
         waveform: that stands for it.
         pieces: the segments it was made from; their spread is the motion's own.
-        off_mean_A: by which the waveform misses the mean of its segments.
-        off_rms_A: likewise, of the root mean square.
         speed_m_s: through the air or over ground, for damage per distance; None if not known.
     """
 
     name: str
     waveform: Waveform
     pieces: tuple[Piece, ...] = ()
-    off_mean_A: float = 0.0
-    off_rms_A: float = 0.0
     speed_m_s: float | None = None
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Ratio:
-    """Of a motion to a constant current, and one standard deviation of it; NaN if not known."""
+    """Of a motion to a constant current, and its error; NaN if not known."""
 
     value: float
-    std: float
+    error: Error
+
+    @property
+    def interval_95(self) -> tuple[float, float]:
+        """The truth lies in it in 95 % of cases; damage is no less than none."""
+        half = self.error.half_95
+        return max(self.value - half, 0.0), self.value + half
+
+    def __mul__(self, factor: float) -> "Ratio":
+        return Ratio(value=self.value * factor, error=self.error * factor)
 
 
-UNKNOWN = Ratio(value=float("nan"), std=float("nan"))
+UNKNOWN = Ratio(value=float("nan"), error=UNKNOWN_ERROR)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -150,12 +161,25 @@ def assess(
     }
     done = _all(tasks, protocol)
     baselines = _baselines([done["", repr(amp)] for amp in steady])
+    groups = {m.name: grouped(m.pieces) for m in manoeuvres if isinstance(done[m.name, ""], Cycled)}
+    apart = _all(
+        {
+            (name, str(k)): (whole, wave)
+            for m in manoeuvres
+            if len(waves := groups.get(name := m.name, ())) > 1
+            for k, wave in enumerate((m.waveform, *waves))
+        },
+        replace(protocol, formed=0, cycles=1),
+        baselines.reference.end_state,
+    )
     motions, cannot = {}, {}
     for m in manoeuvres:
         own = done[m.name, ""]
         if isinstance(own, Cycled):
             features = {f: run for (name, f), run in done.items() if name == m.name and f}
-            motions[m.name] = _assessed(m, own, features, baselines)
+            first, *others = [apart[k] for k in apart if k[0] == m.name] or [own]
+            beside = (first, [c for c in others if isinstance(c, Cycled)])
+            motions[m.name] = _assessed(m, own, features, _Beside(baselines, *beside))
         else:
             cannot[m.name] = own
     return Assessment(
@@ -167,18 +191,22 @@ Key = tuple[str, str]
 """Name of a motion or "", and the feature left out, "" for none, or a baseline's current."""
 
 
-def _all(tasks: Mapping[Key, tuple[Pack, Waveform]], protocol: Protocol) -> dict[Key, Cycled | str]:
+def _all(
+    tasks: Mapping[Key, tuple[Pack, Waveform]],
+    protocol: Protocol,
+    state: FloatArray | None = None,
+) -> dict[Key, Cycled | str]:
     """Key -> what came of it, or why nothing did."""
     for pack, _ in tasks.values():
         pack_model(pack, DEFAULT_MESH, Backend.AUTO)  # compiled here, once, not by every thread
     with ThreadPoolExecutor(os.cpu_count()) as pool:
-        results = list(pool.map(partial(_one, protocol=protocol), tasks.values()))
+        results = list(pool.map(partial(_one, protocol=protocol, state=state), tasks.values()))
     return dict(zip(tasks, results, strict=True))
 
 
-def _one(task: tuple[Pack, Waveform], protocol: Protocol) -> Cycled | str:
+def _one(task: tuple[Pack, Waveform], protocol: Protocol, state: FloatArray | None) -> Cycled | str:
     try:
-        return cycle(*task, protocol)
+        return cycle(*task, protocol, state)
     except CannotCycle as e:
         return str(e)
 
@@ -191,11 +219,38 @@ def _baselines(runs: Sequence[Cycled | str]) -> Baselines:
     return Baselines(good)
 
 
+@dataclass(frozen=True, slots=True, eq=False)
+class _Beside:
+    """What a motion is compared with.
+
+    Attributes:
+        baselines: constant currents.
+        once: the motion flown once from a state all share, or why it could not be.
+        groups: of its segments, each flown once from that state.
+    """
+
+    baselines: Baselines
+    once: Cycled | str
+    groups: Sequence[Cycled]
+
+    def error(self, value: float, of: Callable[[Cycled], float], *, same_mean: bool) -> Error:
+        """Of the ratio `value` to constant current, at the same mean or all to one."""
+        if not isinstance(self.once, Cycled):
+            return UNKNOWN_ERROR
+
+        def level(c: Cycled) -> float:
+            return self.baselines.near(c.waveform.mean_A, of) if same_mean else 1.0
+
+        own = of(self.once) / level(self.once)
+        ratios = [value * of(c) / level(c) / own for c in self.groups]
+        return error_of(value, ratios, [c.waveform.period_s for c in self.groups])
+
+
 def _assessed(
-    m: Manoeuvre, own: Cycled, features: Mapping[str, Cycled | str], baselines: Baselines
+    m: Manoeuvre, own: Cycled, features: Mapping[str, Cycled | str], beside: _Beside
 ) -> Assessed:
-    energy = own.energy_J / baselines.at(m.waveform.mean_A, lambda c: c.energy_J)
-    both = {p: {name: _compared(m, own, name, p, baselines) for name in MEASURES} for p in Part}
+    energy = own.energy_J / beside.baselines.at(m.waveform.mean_A, lambda c: c.energy_J)
+    both = {p: {name: _compared(own, name, p, beside) for name in MEASURES} for p in Part}
     return Assessed(
         manoeuvre=m,
         cycled=own,
@@ -207,20 +262,15 @@ def _assessed(
     )
 
 
-def _compared(
-    m: Manoeuvre, own: Cycled, measure: str, part: Part, baselines: Baselines
-) -> tuple[Ratio, Ratio]:
+def _compared(own: Cycled, measure: str, part: Part, beside: _Beside) -> tuple[Ratio, Ratio]:
     """Over the reference baseline, and over constant current at the same mean."""
-    of, mean_A = number(measure, part), m.waveform.mean_A
+    of, mean_A, baselines = number(measure, part), own.waveform.mean_A, beside.baselines
     same_mean = baselines.at(mean_A, of)
     if abs(same_mean) <= NEXT_TO_NOTHING * abs(baselines.at(mean_A, number(measure, Part.WHOLE))):
         return UNKNOWN, UNKNOWN
-    ratio = of(own) / same_mean
-    slope = baselines.slope(mean_A, of) * mean_A / same_mean
-    off_A = m.off_mean_A, m.off_rms_A
-    std = [relative_std(m.waveform, m.pieces, off_A, s, ratio - 1) for s in (slope, 0.0)]
-    per_reference = same_mean / of(baselines.reference)
-    return (
-        Ratio(value=ratio * per_reference, std=abs(per_reference) * std[0]),
-        Ratio(value=ratio, std=std[1]),
+    both = of(own) / of(baselines.reference), of(own) / same_mean
+    normalised, excess = (
+        Ratio(value=value, error=beside.error(value, of, same_mean=same))
+        for value, same in zip(both, (False, True), strict=True)
     )
+    return normalised, excess

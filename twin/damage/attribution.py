@@ -2,7 +2,8 @@
 
 The other view, `assess`, repeats a motion from full to empty; this one sees it where it was flown:
 at that charge, in a pack as warm as it was by then. So that the two can be compared, each motion is
-also flown from full to the cut-off once from the state this flight begins with.
+also flown from full to the cut-off once from the state this flight begins with. How much of it is
+owed to the order in which the motions came is told by other orders.
 """
 
 from collections.abc import Mapping, Sequence
@@ -12,17 +13,20 @@ from itertools import pairwise
 import numpy as np
 import numpy.typing as npt
 
-from twin.damage.cycles import MORE_THAN_ALL, energy_J
-from twin.damage.loss import NOTHING, Ledger, Loss
+from twin.damage.cost import Cost, cost_of, drawn, total
+from twin.damage.cycles import MORE_THAN_ALL
+from twin.damage.error import UNKNOWN_ERROR, Error
+from twin.damage.loss import Ledger
 from twin.damage.measures import MEASURES
+from twin.damage.orders import reordered
 from twin.damage.waveform import Waveform
 from twin.kernel import Backend
 from twin.load import Load
 from twin.pack import Pack
 from twin.pack_model import pack_model
 from twin.protocol import ConstantCurrent, Rest, Settings, run
-from twin.simulate import DEFAULT_MESH, simulate
-from twin.solution import Solution, Status
+from twin.simulate import DEFAULT_MESH
+from twin.solution import Status
 
 FloatArray = npt.NDArray[np.float64]
 
@@ -32,32 +36,19 @@ LEVEL_S = 3600.0  # a rest that levels out concentrations and temperature
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Span:
-    """A stretch [start_s, stop_s) of the load under a name; spans are in order and disjoint."""
+    """A stretch [start_s, stop_s) of the load under a name; spans are in order and disjoint.
+
+    Attributes:
+        name: of its motion.
+        start_s: on the clock of the load.
+        stop_s: likewise.
+        movable: it could have been flown at another moment; a take-off could not.
+    """
 
     name: str
     start_s: float
     stop_s: float
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Cost:
-    """What a stretch cost.
-
-    Attributes:
-        loss: in it.
-        drawn_C: likewise.
-        energy_J: likewise.
-        duration_s: of it, as far as it was simulated.
-        mean_K: of the pack.
-        mean_soc: of the cells.
-    """
-
-    loss: Loss
-    drawn_C: float
-    energy_J: float
-    duration_s: float
-    mean_K: float
-    mean_soc: float
+    movable: bool = True
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -70,6 +61,8 @@ class Attribution:
         whole: of all of the load, what lies between the spans included.
         repeated: name -> the motion flown from full to the cut-off, from the same state.
         status: how the simulation ended.
+        orders: what each span would have cost, for some other orders of the movable ones; none if
+            the flight was not simulated to its end.
     """
 
     spans: tuple[Span, ...]
@@ -77,6 +70,7 @@ class Attribution:
     whole: Cost
     repeated: Mapping[str, Cost]
     status: Status
+    orders: tuple[tuple[Cost, ...], ...] = ()
 
     def by_name(self) -> dict[str, Cost]:
         """All spans of a name together."""
@@ -87,19 +81,28 @@ class Attribution:
         both = zip(self.spans, self.costs, strict=False)
         return tuple(cost for span, cost in both if span.name == name)
 
-    def relative_std(self, name: str, measure: str) -> float:
-        """One standard deviation of a motion's damage per charge, by the spread of its spans.
+    def order_error(self, name: str, measure: str) -> Error:
+        """By how much another order of the spans changes a motion's damage per charge.
 
-        Over the damage per charge; NaN for fewer than two spans, or where there is no damage.
+        Over the damage per charge. It is the root mean square of the changes in `orders`: the
+        difference of two orders, not the distance of one from their mean, which is less by the
+        root of two. Not known without other orders, or where there is no damage.
         """
-        costs = [c for c in self.of(name) if c.drawn_C > 0]
-        drawn = np.array([c.drawn_C for c in costs])
-        damage = np.array([MEASURES[measure](c.loss) for c in costs])
-        if len(costs) < 2 or not damage.any():
-            return float("nan")
-        away = (damage / drawn) / (damage.sum() / drawn.sum()) - 1
-        weight = drawn / drawn.sum()
-        return float(np.sqrt(weight**2 @ away**2 / (1 - weight @ weight)))
+        own = [k for k, span in enumerate(self.spans) if span.name == name]
+        if not self.orders or not own:
+            return UNKNOWN_ERROR
+        per_C = np.array(
+            [_per_C([costs[k] for k in own], measure) for costs in (self.costs, *self.orders)]
+        )
+        if not per_C[0]:
+            return UNKNOWN_ERROR
+        changes = per_C[1:] / per_C[0] - 1
+        return Error(std=float(np.sqrt(np.mean(changes**2))), freedom=len(self.orders))
+
+
+def _per_C(costs: Sequence[Cost], measure: str) -> float:
+    whole = total(costs)
+    return MEASURES[measure](whole.loss) / whole.drawn_C if whole.drawn_C > 0 else 0.0
 
 
 def attribute(
@@ -121,23 +124,21 @@ def attribute(
     """
     ledger = Ledger(pack)
     state = started(pack, formed, load.ambient_K)
-    pieces: list[Cost] = []
-    status = Status.DONE
     edges = _edges(load, spans)
-    for start_s, stop_s in pairwise(edges):
-        cost, solution = _flown(pack, ledger, between(load, start_s, stop_s), state)
-        pieces.append(cost)
-        state, status = solution.end_state, solution.status
-        if status is not Status.DONE:
-            break
-    at = dict(zip(edges, pieces, strict=False))
+    loads = [between(load, *ends) for ends in pairwise(edges)]
+    pieces, status = drawn(pack, ledger, loads, state)
+    at = {t: k for k, t in enumerate(edges[: len(pieces)])}
+    places = [at[t] for s in spans if (t := max(s.start_s, edges[0])) in at]
+    movable = [p for s, p in zip(spans, places, strict=False) if s.movable]
+    others = reordered(pack, ledger, loads, movable, state) if status is Status.DONE else ()
     charged = _at_K(pack, formed, load.ambient_K)
     return Attribution(
         spans=tuple(spans),
-        costs=tuple(at[t] for s in spans if (t := max(s.start_s, edges[0])) in at),
+        costs=tuple(pieces[p] for p in places),
         whole=total(pieces),
         repeated={n: _repeated(pack, ledger, w, charged, load) for n, w in waveforms.items()},
         status=status,
+        orders=tuple(tuple(other[p] for p in places) for other in others),
     )
 
 
@@ -146,14 +147,14 @@ def started(pack: Pack, formed: FloatArray, ambient_K: float) -> FloatArray:
     whole_A = pack.scale * pack.cell.nominal_capacity_C * pack.parallel / 3600
     settings = Settings(ambient_K=ambient_K)
 
-    def drawn(seconds: float) -> tuple[FloatArray, FloatArray]:
+    def discharged(seconds: float) -> tuple[FloatArray, FloatArray]:
         steps = ConstantCurrent(current_A=whole_A, duration_s=seconds), Rest(duration_s=LEVEL_S)
         result = run(pack, steps, settings=settings, state=formed).require()
         return result.end_state, result.steps[0].soc
 
-    probed = drawn(PROBE_S)[1]
+    probed = discharged(PROBE_S)[1]
     seconds = PROBE_S * (probed[0] - pack.initial_soc) / (probed[0] - probed[-1])
-    state = drawn(float(seconds))[0] if seconds > 1.0 else formed
+    state = discharged(float(seconds))[0] if seconds > 1.0 else formed
     return _at_K(pack, state, pack.initial_K)
 
 
@@ -171,24 +172,6 @@ def between(load: Load, start_s: float, stop_s: float) -> Load:
     return replace(load, time_s=times, current_A=np.interp(times, load.time_s, load.current_A))
 
 
-def total(costs: Sequence[Cost]) -> Cost:
-    """Of stretches together."""
-    seconds = np.array([c.duration_s for c in costs])
-    whole_s = float(seconds.sum())
-    weight = seconds / whole_s if whole_s > 0 else np.full(seconds.size, np.nan)
-    loss = NOTHING
-    for c in costs:
-        loss += c.loss
-    return Cost(
-        loss=loss,
-        drawn_C=sum(c.drawn_C for c in costs),
-        energy_J=sum(c.energy_J for c in costs),
-        duration_s=whole_s,
-        mean_K=float(weight @ [c.mean_K for c in costs]),
-        mean_soc=float(weight @ [c.mean_soc for c in costs]),
-    )
-
-
 def _edges(load: Load, spans: Sequence[Span]) -> list[float]:
     """All times at which a span, or the load, begins or ends."""
     first, last = float(load.time_s[0]), float(load.time_s[-1])
@@ -200,19 +183,4 @@ def _repeated(
     pack: Pack, ledger: Ledger, waveform: Waveform, state: FloatArray, load: Load
 ) -> Cost:
     whole_C = pack.scale * pack.cell.nominal_capacity_C * pack.parallel
-    return _flown(pack, ledger, waveform.load(MORE_THAN_ALL * whole_C, load.ambient_K), state)[0]
-
-
-def _flown(pack: Pack, ledger: Ledger, load: Load, state: FloatArray) -> tuple[Cost, Solution]:
-    before = ledger.loss(state)
-    solution = simulate(pack, load, state=state)
-    known = bool(solution.time_s.size)
-    cost = Cost(
-        loss=ledger.loss(solution.end_state) - before,
-        drawn_C=solution.charge_C,
-        energy_J=energy_J(solution),
-        duration_s=solution.stopped_s - float(load.time_s[0]),
-        mean_K=float(solution.temperature_K.mean()) if known else np.nan,
-        mean_soc=float(solution.soc.mean()) if known else np.nan,
-    )
-    return cost, solution
+    return cost_of(pack, ledger, waveform.load(MORE_THAN_ALL * whole_C, load.ambient_K), state)[0]

@@ -54,9 +54,11 @@ class Baselines:
         """`number` of a constant current, between those that were cycled; else NaN."""
         return float(self._through(number)(current_A))
 
-    def slope(self, current_A: float, number: Callable[[Cycled], float]) -> float:
-        """How it changes with the current [per A]."""
-        return float(self._through(number).derivative()(current_A))
+    def near(self, current_A: float, number: Callable[[Cycled], float]) -> float:
+        """The same, beyond them straight on."""
+        through = self._through(number)
+        inside = min(max(current_A, self.currents_A[0]), self.currents_A[-1])
+        return float(through(inside) + through.derivative()(inside) * (current_A - inside))
 
     def _through(self, number: Callable[[Cycled], float]) -> PchipInterpolator:
         return PchipInterpolator(

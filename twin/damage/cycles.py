@@ -92,26 +92,32 @@ class CannotCycle(RuntimeError):
     """The pack cannot fly the waveform, or cannot be charged after it; the text says why."""
 
 
-def cycle(pack: Pack, waveform: Waveform, protocol: Protocol) -> Cycled:
+def cycle(
+    pack: Pack, waveform: Waveform, protocol: Protocol, state: FloatArray | None = None
+) -> Cycled:
     """Fly `waveform` from full to the cut-off and recharge, as `protocol` says.
+
+    From `state`, charged, of the kernel; None: from a new pack.
 
     Raises:
         CannotCycle: the cut-off comes before one period is over, or the charge fails.
     """
     full = replace(pack, initial_soc=1.0, initial_K=protocol.ambient_K)
-    return _Cycling(full, waveform, protocol).all()
+    return _Cycling(full, waveform, protocol, state).all()
 
 
 class _Cycling:
     """One waveform while it is cycled."""
 
-    def __init__(self, pack: Pack, waveform: Waveform, protocol: Protocol) -> None:
+    def __init__(
+        self, pack: Pack, waveform: Waveform, protocol: Protocol, state: FloatArray | None
+    ) -> None:
         self._pack, self._waveform, self._protocol = pack, waveform, protocol
         self._settings = Settings(ambient_K=protocol.ambient_K, tolerance_V=protocol.tolerance_V)
         self._ledger, self._examiner = Ledger(pack), Examiner(pack)
         whole_C = pack.scale * pack.cell.nominal_capacity_C * pack.parallel
         self._load = waveform.load(MORE_THAN_ALL * whole_C, protocol.ambient_K)
-        self._state, self._net_C = self._ledger.new, 0.0
+        self._state, self._net_C = self._ledger.new if state is None else state, 0.0
 
     def all(self) -> Cycled:
         for _ in range(self._protocol.formed):

@@ -27,9 +27,9 @@ from twin.solution import Status
 FloatArray = npt.NDArray[np.float64]
 
 SETTLED = 3  # cycles before the first rate
-STEP_SHARE = 0.04  # of the first capacity, lost in a step
+STEP_SHARE = 0.08  # of the first capacity, lost in a step: right to 1 % of flights
 MOST_STEPS = 60
-LONGEST = 2.0  # a step, over all flights before it: films slow down as they grow
+LONGEST = 8.0  # a step, over all flights before it: films slow down as they grow
 FEWEST = 4  # flights a step
 FILMS = ("film", "crack_film")
 """Of the state: what grows with the root of time, so that its square goes on straight."""
@@ -43,7 +43,7 @@ class Projection:
         flights: (n,) number of flights.
         capacity_C: (n,) of the pack then.
         reached: flights at which the share that was asked for is left; NaN if it never is.
-        error: of `reached`, from how far the two orders of Heun's method lie apart.
+        error: of `reached`: by how much capacity and rates do not agree over the steps.
         ended: why the life ended before, "" if it did not.
     """
 
@@ -83,27 +83,27 @@ class _Life:
         first, *_, aged = islice(age(self._pack, self._regime), SETTLED + 1)
         whole_C = first.cycle.health.capacity_C
         flights, capacity = [0.0, float(aged.cycle.number)], [whole_C, aged.cycle.health.capacity_C]
-        doubt_C, ended = 0.0, ""
+        fades_C, ended = [], ""
         try:
             while capacity[-1] > self._share * whole_C and len(flights) < MOST_STEPS:
-                aged, count, missed_C = self._step(aged, flights[-1], STEP_SHARE * whole_C)
+                aged, count, fade_C = self._step(aged, flights[-1], STEP_SHARE * whole_C)
                 flights.append(flights[-1] + count)
                 capacity.append(self._examiner.examine(aged.state, 0.0).capacity_C)
-                doubt_C += missed_C
+                fades_C.append(fade_C)
         except _Unfinished as e:
             ended = str(e)
-        return _projected(np.array(flights), np.array(capacity), self._share, doubt_C, ended)
+        course = np.array(flights), np.array(capacity)
+        return _projected(*course, self._share, _missed_C(*course, np.array(fades_C)), ended)
 
     def _step(self, aged: Aged, behind: float, most_C: float) -> tuple[Aged, float, float]:
-        """The pack some flights later, how many, and by how much the orders differ [C]."""
+        """The pack some flights later, how many, and what the first of them cost [C]."""
         before = self._rate(aged)
         fade_C = max(-before.capacity_C, most_C / (LONGEST * behind))
         count = float(np.clip(most_C / fade_C, FEWEST, LONGEST * behind))
         left = count - (before.aged.cycle.number - aged.cycle.number)
         after = self._rate(self._later(before.aged, left * before.state))
         mean = (before.state + after.state) / 2
-        missed_C = abs(left * (after.capacity_C - before.capacity_C) / 2)
-        return self._later(before.aged, left * mean), count, missed_C
+        return self._later(before.aged, left * mean), count, -before.capacity_C
 
     def _rate(self, aged: Aged) -> _Rate:
         """Of the second of two cycles: the first lets charge and gradients settle."""
@@ -144,6 +144,18 @@ class _Life:
             nodes = slice(means, means + layout.electrodes[0])
             own[nodes] *= 1 - gained / now["negative"]
         return replace(aged, state=out)
+
+
+def _missed_C(flights: FloatArray, capacity_C: FloatArray, fades_C: FloatArray) -> float:
+    """By how much the capacity lost in the steps differs from their rates, added.
+
+    Heun's method foresees the rate at the end of a step; the next step finds the true one. Over a
+    step, the trapezoid of true rates errs in the same order as the method does.
+    """
+    known = slice(1, 1 + max(fades_C.size - 1, 0))
+    lost_C = -np.diff(capacity_C)[known]
+    told_C = np.diff(flights)[known] * (fades_C[:-1] + fades_C[1:]) / 2
+    return float(np.abs(lost_C - told_C).sum())
 
 
 def _projected(

@@ -1,74 +1,69 @@
 """How uncertain a motion's damage is, since no two of its segments are alike.
 
-To first order damage follows two numbers of the current: its mean M, with the slope that constant
-currents show, and its swing (mean square / M**2 - 1), which is 0 for a constant current and makes
-all of the excess over it. So every segment has an influence on the damage of the whole, by how far
-its mean and its mean square lie from the motion's; the spread of the influences over the segments
-is the error of their mean. What the waveform misses of the segments' mean and mean square counts
-likewise. Source: the influence function of a smooth function of means (Hampel, J. Am. Stat. Assoc.
-69, 383 (1974), doi:10.1080/01621459.1974.10482962).
+Each segment is flown by itself, from full to the cut-off, as the motion's waveform is: how their
+ratios differ tells by how much that of the motion would, had other segments been flown. Their mean
+current and its mean square do not tell it: where one reaction gains by peaks what another loses,
+the sum hardly follows them, and yet the sum differs from segment to segment.
 """
 
 from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
+import numpy.typing as npt
 
-from twin.damage.waveform import Waveform
+from twin.damage.error import UNKNOWN_ERROR, Error, together
+from twin.damage.waveform import Waveform, WaveformError
 
-LEAST_SWING = 1e-6  # a steadier current is constant: nothing of its excess is its swing's
+FloatArray = npt.NDArray[np.float64]
+
+MOST = 6  # groups of segments: each is flown by itself
+NUMERICAL = 1e-3  # of a ratio, standard deviation: what the steps of a charge leave of it
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Piece:
     """A segment of a motion.
 
     Attributes:
-        duration_s: of it.
-        mean_A: over time.
-        rms_A: likewise.
+        current_A: (n,) every sample stands for as long as another.
+        sample_s: from sample to sample.
     """
 
-    duration_s: float
-    mean_A: float
-    rms_A: float
+    current_A: FloatArray
+    sample_s: float
 
 
-def relative_std(
-    waveform: Waveform,
-    pieces: Sequence[Piece],
-    off_A: tuple[float, float],
-    slope: float,
-    excess: float,
-) -> float:
-    """Of damage, over the damage of a constant current at the same mean.
+def grouped(pieces: Sequence[Piece]) -> tuple[Waveform, ...]:
+    """One waveform a segment; of more than MOST segments, several one after the other.
 
-    Args:
-        waveform: of the motion.
-        pieces: its segments; with fewer than two nothing is known of their spread: NaN.
-        off_A: mean and root mean square of the waveform less those of the segments.
-        slope: d ln damage / d ln current of constant currents; 0 for what is compared at one mean.
-        excess: damage over that of a constant current at the same mean, less 1.
+    Segments that draw nothing are left out.
     """
-    if len(pieces) < 2:
-        return float("nan")
-    weight = np.array([p.duration_s for p in pieces])
-    weight /= weight.sum()
-    mean = np.array([p.mean_A for p in pieces])
-    square = np.array([p.rms_A**2 for p in pieces])
-    away = _influence(waveform, mean - weight @ mean, square - weight @ square, slope, excess)
-    uneven = float(weight @ weight)  # 1 / n for segments that last equally long
-    spread = float(weight**2 @ away**2) / (1 - uneven)
-    rms_A = float(np.sqrt(waveform.square_A2))
-    missed = _influence(waveform, np.array(off_A[0]), np.array(2 * rms_A * off_A[1]), slope, excess)
-    return float(np.sqrt(spread + float(missed) ** 2))
+    sums = [pieces[k::MOST] for k in range(min(MOST, len(pieces)))]
+    out = []
+    for group in sums:
+        current_A = np.concatenate([p.current_A for p in group])
+        try:
+            out.append(Waveform(current_A=current_A, sample_s=group[0].sample_s))
+        except WaveformError:
+            continue
+    return tuple(out)
 
 
-def _influence(
-    waveform: Waveform, mean_A: np.ndarray, square_A2: np.ndarray, slope: float, excess: float
-) -> np.ndarray:
-    """Relative change of damage with the mean and the mean square."""
-    own_A = waveform.mean_A
-    swing = square_A2 / own_A**2 - 2 * waveform.square_A2 * mean_A / own_A**3
-    per_swing = excess / waveform.swing if waveform.swing > LEAST_SWING else 0.0
-    return np.asarray(slope * mean_A / own_A + per_swing * swing)
+def error_of(value: float, groups: Sequence[float], seconds: Sequence[float]) -> Error:
+    """Of the `value` of a motion's waveform, by those of its `groups`, which last `seconds`.
+
+    The spread of the groups, and by how much the waveform differs from their mean. With fewer than
+    two groups nothing is known.
+    """
+    if len(groups) < 2:
+        return UNKNOWN_ERROR
+    weight, of = np.array(seconds) / sum(seconds), np.array(groups)
+    mean = float(weight @ of)
+    uneven = float(weight @ weight)  # 1 / n for groups that last equally long
+    spread = np.sqrt(weight**2 @ (of - mean) ** 2 / (1 - uneven))
+    return together(
+        Error(std=float(spread), freedom=1 / uneven - 1),
+        Error(std=abs(value - mean)),
+        Error(std=NUMERICAL * abs(value)),
+    )

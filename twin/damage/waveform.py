@@ -1,6 +1,6 @@
 """`Waveform`: a current that repeats without a seam, and the load it makes."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -62,6 +62,21 @@ class Waveform:
         current = np.append(np.tile(self.current_A, periods), self.current_A[0])
         times = np.asarray(self.sample_s * np.arange(current.size), dtype=float)
         return Load(time_s=times, current_A=current, ambient_K=ambient_K)
+
+    def drawing(self, charge_C: float, ambient_K: float) -> Load:
+        """Repeated, and ended where `charge_C` is drawn (the last sample's step taken as even)."""
+        whole = self.load(charge_C, ambient_K)
+        t, i = whole.time_s, whole.current_A
+        drawn_C = np.insert(np.cumsum(np.diff(t) * (i[:-1] + i[1:]) / 2), 0, 0.0)
+        last = int(np.argmax(drawn_C >= charge_C * (1 - 1e-12)))
+        share = (charge_C - drawn_C[last - 1]) / (drawn_C[last] - drawn_C[last - 1])
+        end = (
+            np.array([t[last - 1], i[last - 1]]) * (1 - share)
+            + np.array([t[last], i[last]]) * share
+        )
+        return replace(
+            whole, time_s=np.append(t[:last], end[0]), current_A=np.append(i[:last], end[1])
+        )
 
 
 def limited(current_A: FloatArray, most_A: float, weights: FloatArray | None = None) -> FloatArray:

@@ -6,7 +6,8 @@ import pytest
 from twin.damage import FEATURES, Waveform
 from twin.damage.baselines import currents_A
 from twin.damage.counterfactual import course, even_duty, slow_ramps, without_peaks, without_ripple
-from twin.damage.spread import Piece, relative_std
+from twin.damage.error import Error, together
+from twin.damage.spread import Piece, error_of, grouped
 from twin.damage.waveform import limited
 
 T = np.arange(0.0, 40.0, 0.1)
@@ -87,32 +88,44 @@ def test_baselines_are_around_means_far_apart() -> None:
     assert got[0] > 0
 
 
-def test_the_spread_of_damage_is_that_of_segments_drawn_again() -> None:
-    """Damage that follows mean and mean square; the error over draws of other segments."""
-    slope, per_swing, n = 1.3, 0.4, 12
-
-    def damage(segments: list[np.ndarray]) -> float:
-        whole = np.concatenate(segments)
-        swing = np.mean(whole**2) / np.mean(whole) ** 2 - 1
-        return float(whole.mean() ** slope * (1 + per_swing * swing))
-
-    def segment() -> np.ndarray:
-        return 16 + RNG.standard_normal() + (3 + RNG.random()) * np.tile([-1.0, 1.0], 50)
-
-    draws = [[segment() for _ in range(n)] for _ in range(300)]
-    values = np.array([damage(d) for d in draws])
-    told = []
-    for d in draws[:60]:
-        whole = np.concatenate(d)
-        held = Waveform(current_A=np.repeat(whole, 50), sample_s=0.1)  # steps, as `damage` has it
-        pieces = [Piece(duration_s=9.0, mean_A=s.mean(), rms_A=np.sqrt(np.mean(s**2))) for s in d]
-        told.append(relative_std(held, pieces, (0.0, 0.0), slope, per_swing * held.swing))
-    assert np.mean(told) == pytest.approx(values.std() / values.mean(), rel=0.12)
+def test_a_value_has_the_error_of_few_segments() -> None:
+    """Means of three drawn segments: their interval holds the mean of all as often as it says."""
+    random = np.random.default_rng(3)
+    drawn = random.normal(1.3, 0.2, (2000, 3))
+    means = drawn.mean(axis=1)
+    errors = [error_of(m, row, (1.0, 1.0, 1.0)) for m, row in zip(means, drawn, strict=True)]
+    for share in (0.68, 0.95):
+        held = [abs(m - 1.3) < e.half(share) for m, e in zip(means, errors, strict=True)]
+        assert np.mean(held) == pytest.approx(share, abs=0.02)  # two deviations of 2000 cases
 
 
-def test_what_the_profile_misses_of_its_segments_counts() -> None:
-    pieces = [Piece(duration_s=5.0, mean_A=WAVE.mean_A, rms_A=WAVE.square_A2**0.5)] * 2
-    off = relative_std(WAVE, pieces, (0.01 * WAVE.mean_A, 0.0), 2.0, 0.0)
-    assert off == pytest.approx(0.02)
-    assert relative_std(WAVE, pieces, (0.0, 0.0), 2.0, 0.1) == pytest.approx(0.0, abs=1e-12)
-    assert np.isnan(relative_std(WAVE, pieces[:1], (0.0, 0.0), 2.0, 0.1))
+def test_what_the_waveform_misses_of_its_segments_counts() -> None:
+    assert error_of(1.1, [1.0, 1.0], [9.0, 9.0]).std == pytest.approx(0.1, rel=1e-3)
+    assert error_of(1.0, [1.0, 1.0], [9.0, 9.0]).std == pytest.approx(1e-3)
+    assert np.isnan(error_of(1.0, [1.0], [9.0]).half_95)
+
+
+def test_many_segments_are_flown_in_groups_and_each_once() -> None:
+    pieces = [Piece(current_A=np.full(10 + k, 5.0 + k), sample_s=0.1) for k in range(14)]
+    idle = Piece(current_A=np.zeros(10), sample_s=0.1)
+    waves = grouped([*pieces, idle])
+    assert len(waves) == 6
+    assert sum(w.current_A.sum() for w in waves) == sum(p.current_A.sum() for p in pieces)
+    assert grouped([idle]) == ()
+
+
+def test_errors_that_add_up_are_known_as_well_as_the_worst_of_them() -> None:
+    three, exact = Error(std=3.0, freedom=2.0), Error(std=4.0)
+    both = together(three, exact)
+    assert both.std == 5.0
+    assert both.freedom == pytest.approx(2 * (25 / 9) ** 2)
+    assert together(three, Error(std=0.0)).half_95 == pytest.approx(4.3027 * 3, rel=1e-4)
+    assert exact.half_95 == pytest.approx(1.95996 * 4, rel=1e-4)
+    assert np.isnan(together(three, Error(std=float("nan"))).half_95)
+
+
+def test_a_flight_of_a_motion_draws_what_it_is_asked_to() -> None:
+    for charge_C in (20.0, 500.0, 1234.5):
+        flown = WAVE.drawing(charge_C, 298.15)
+        assert flown.charge_C() == pytest.approx(charge_C, abs=0.02)  # of one step
+        np.testing.assert_array_equal(flown.current_A[:10], WAVE.current_A[:10])

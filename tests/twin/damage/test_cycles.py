@@ -24,6 +24,7 @@ from twin.damage import (
     number,
 )
 from twin.damage.loss import Ledger
+from twin.damage.study import CYCLES
 from twin.effects import AGEING, ActiveMaterialLoss, Sei, SelfHeating, WeakCell
 from twin.pack import Pack
 from twin.protocol import ConstantCurrent, Rest, charge_cc_cv, run
@@ -55,25 +56,32 @@ def test_what_the_particles_lost_is_found_where_it_went(climbs: Cycled, part: st
     assert loss.inventory_C > 100 * 1e-7
 
 
-def test_lithium_and_material_account_for_the_capacity_of_a_slow_discharge() -> None:
-    """A pack that ages 300 times faster loses 5 % in 3 flights; C/100 before and after."""
+@pytest.mark.parametrize(("faster", "least"), [(20.0, 0.004), (300.0, 0.04)])
+def test_lithium_and_material_account_for_the_capacity_of_a_slow_discharge(
+    faster: float, least: float
+) -> None:
+    """A pack that ages 20 or 300 times faster, in three flights; C/100 before and after."""
     quick = (
-        Sei(solvent_diffusivity_m2_s=300 * 2.5e-22),
-        ActiveMaterialLoss(rate_1_s=300 * 2.7778e-7),
+        Sei(solvent_diffusivity_m2_s=faster * 2.5e-22),
+        ActiveMaterialLoss(rate_1_s=faster * 2.7778e-7),
         SelfHeating(),
     )
     pack = ageing(Pack(cell=load_cell("lipo_2200"), effects=quick))
     one, four = (cycle(pack, constant(15.0, 1.0), Protocol(cycles=n)) for n in (1, 4))
     measured_C = slow_C(pack, one.end_state) - slow_C(pack, four.end_state)
-    assert 4 * four.capacity_C - one.capacity_C == pytest.approx(measured_C, rel=0.01)
-    assert measured_C > 0.04 * 7920
+    assert 4 * four.capacity_C - one.capacity_C == pytest.approx(measured_C, rel=0.002)
+    assert measured_C > least * 7920
 
 
 def slow_C(pack: Pack, state: np.ndarray) -> float:
-    """Between the cut-offs, while nothing ages."""
+    """Between the cut-offs, while nothing ages.
+
+    After a rest: just charged, the cell is above the voltage it would be charged to, the current of
+    that voltage flows out of it at first, and a charge ends where the current does: 8 C too soon.
+    """
     still = tuple(replace(e, strength=0.0) for e in pack.effects if isinstance(e, AGEING))
     asleep = replace(pack, effects=still)
-    full = charge_cc_cv(asleep, rate=0.05, until_rate=0.001)
+    full = Rest(duration_s=3600.0), *charge_cc_cv(asleep, rate=0.05, until_rate=0.001)
     down = ConstantCurrent(current_A=2.2 / 100, until_V=asleep.cell.lower_cut_off_V)
     return run(asleep, (*full, down), state=state).require().steps[-1].charge_C
 
@@ -94,7 +102,7 @@ def test_twice_the_cycles_change_the_normalised_numbers_by_less_than_two_percent
     pack: Pack,
 ) -> None:
     motion = (Manoeuvre(name="climbs", waveform=CLIMBS),)
-    few, many = (assess(pack, motion, Protocol(cycles=n)) for n in (4, 8))
+    few, many = (assess(pack, motion, Protocol(cycles=n)) for n in (CYCLES, 2 * CYCLES))
     for part in Part:
         for name, ratio in few.motions["climbs"].normalised[part].items():
             again = many.motions["climbs"].normalised[part][name].value
