@@ -18,6 +18,7 @@ from twin.cell import Cell
 from twin.kernel import Backend, Kernel, begun
 from twin.limits import COLUMN
 from twin.mesh import Mesh
+from twin.one_thread import SYMBOLS
 from twin.pack import CellKind, Pack
 from twin.parameters import vector
 from twin.solution import LithiumAudit
@@ -109,13 +110,15 @@ class PackModel:
 
 def pack_model(pack: Pack, mesh: Mesh, backend: Backend) -> PackModel:
     """Of `pack`; kernels are kept, so the same again costs nothing."""
-    cell, own = _cell_kernel(_Structure.of(pack, mesh, backend))
+    with SYMBOLS:
+        cell, own = _cell_kernel(_Structure.of(pack, mesh, backend))
     return PackModel(cell, tuple(kind.count for kind in pack.cells()), own)
 
 
 def begin(pack: Pack, mesh: Mesh, backend: Backend) -> None:
     """Start to compile what `pack_model` will ask for, and do not wait for it."""
-    _begun(_Structure.of(pack, mesh, backend))
+    with SYMBOLS:
+        _begun(_Structure.of(pack, mesh, backend))
 
 
 class _Structure(NamedTuple):

@@ -14,6 +14,7 @@ import numpy.typing as npt
 from twin.kernel import Backend, Kernel, kernel
 from twin.load import Load
 from twin.mesh import Mesh
+from twin.one_thread import SYMBOLS
 from twin.pack import Pack, PackError
 from twin.parameters import vector
 from twin.pieces import sample_ends
@@ -139,7 +140,8 @@ def _carry_kind(
 ) -> FloatArray:  # fmt: skip
     """(2, steps, k) of one kind of cell, whose first state (k, states) and p (k, p) change."""
     k = next(size for size in DIRECTIONS if size >= len(names))
-    many = _built(run.model.cell, k, backend)
+    with SYMBOLS:
+        many = _built(run.model.cell, k, backend)
     state, drive, p = (_filled(rows, k) for rows in (change[0], _unit(names), change[1]))
     fixed = [vector(run.kinds[kind].values), drive.ravel(), p.ravel()]
     carried = np.concatenate([run.model.states(run.initial)[kind], state.ravel()])

@@ -9,6 +9,7 @@ from scipy.optimize import brentq
 
 from twin.cell import Cell, Function
 from twin.equilibrium import Inventory
+from twin.one_thread import SYMBOLS
 
 SIDES = ("negative", "positive")
 
@@ -95,7 +96,9 @@ def _holds(numbers: Mapping[str, float], side: str) -> float:
 
 
 def _rest_V(cell: Cell, at: tuple[float, float]) -> float:
-    return _potential(cell.positive.ocp_V)(at[1]) - _potential(cell.negative.ocp_V)(at[0])
+    with SYMBOLS:
+        positive_V, negative_V = _potential(cell.positive.ocp_V), _potential(cell.negative.ocp_V)
+    return positive_V(at[1]) - negative_V(at[0])
 
 
 @lru_cache(maxsize=32)

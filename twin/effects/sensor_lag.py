@@ -6,7 +6,7 @@ from typing import ClassVar
 import numpy as np
 import numpy.typing as npt
 from scipy import sparse
-from scipy.sparse.linalg import spsolve
+from scipy.linalg import solveh_banded
 
 from twin.effects.effect import Parameter
 
@@ -52,8 +52,11 @@ class SensorLag:
 def _likeliest_A(unlagged: sparse.csc_array, recorded_A: FloatArray, weight: float) -> FloatArray:
     """(n,) unlagged @ z of least |z - recorded|^2 + weight |increments of unlagged @ z|^2."""
     changes = unlagged[1:] - unlagged[:-1]
-    normal = sparse.eye_array(recorded_A.size) + weight * (changes.T @ changes)
-    return np.asarray(unlagged @ spsolve(normal.tocsc(), recorded_A))
+    n = recorded_A.size
+    normal = sparse.eye_array(n) + weight * (changes.T @ changes)
+    reach = min(2 * WIDTH, n - 1)  # of what a sample has to do with
+    bands = np.stack([np.pad(normal.diagonal(k), (0, k)) for k in range(reach + 1)])
+    return np.asarray(unlagged @ solveh_banded(bands, recorded_A, lower=True))
 
 
 def slope_matrix(time_s: FloatArray, degree: int) -> sparse.csc_array:
