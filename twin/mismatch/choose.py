@@ -31,6 +31,7 @@ BENT = 0.3
 """Of what a linearised twin says that a model takes away, how much more it may truly take away: the
 twin bends under large effects. What cannot come near the best even so is not fitted."""
 NOISY = 1.2  # squares a residual, of noise that was estimated
+UNSAID = 2.5  # excess of the best above which every effect is fitted, whatever it promised
 SLACK = 10.0  # squares that may be left beyond those of the best
 NEARLY_ALL = 0.03
 """Of the squares beyond the noise, held out: an effect that leaves no more of them is named though
@@ -60,57 +61,6 @@ class Model:
     def ids(self) -> tuple[str, ...]:
         """Of its hypotheses."""
         return self.fitted.ids
-
-
-def models(
-    data: Data,
-    hypotheses: Sequence[Hypothesis],
-    *,
-    most_effects: int = MOST_EFFECTS,
-    most_alone: int | None = None,
-    progress: Callable[[tuple[str, ...]], None] = lambda _: None,
-) -> tuple[Model, ...]:
-    """All that were fitted, the most probable first; at most so many effects in one, and alone."""
-    done: dict[tuple[str, ...], Fitted] = {}
-
-    def fitted(chosen: Sequence[Hypothesis], base: Fitted | None = None) -> None:
-        ids = tuple(sorted(h.id for h in chosen))
-        if ids not in done:
-            progress(ids)
-            ordered = sorted(chosen, key=lambda h: h.id)
-            problem = shapes[ids[0]].problem if len(ids) == 1 else None
-            done[ids] = fit(data, ordered, base.problem.values(base.q) if base else {}, problem)
-
-    shapes: Mapping[str, Shape] = {}
-    fitted(())
-    hypotheses = [h for h in hypotheses if h.possible(done[()].problem.flights[0].pack)]
-    shapes = {h.id: shape_of(h, done[()], data) for h in hypotheses}
-    for size in range(most_effects):
-        for promise in _promises(size, hypotheses, done, shapes)[: TRIED if size else most_alone]:
-            if _may_win(promise, done.values(), choosy=size > 0 or most_effects == 1):
-                fitted([*promise.base.problem.hypotheses, promise.more], promise.base)
-    best = _judged(done.values())[0].fitted
-    for rest in combinations(best.problem.hypotheses, max(len(best.ids) - 1, 0)):
-        fitted(rest, best)  # is one of its effects not needed?
-    return _judged(done.values())
-
-
-def scale_of(fits: Iterable[Fitted]) -> float:
-    """How much larger variances are than expected, by what leaves least."""
-    return max(1.0, min(f.excess for f in fits))
-
-
-def _judged(fits: Iterable[Fitted]) -> tuple[Model, ...]:
-    whole = list(fits)
-    scale = scale_of(whole)
-    logs = np.array([f.log_evidence(scale) + len(f.ids) * np.log(PRIOR) for f in whole])
-    share = np.exp(logs - logs.max())
-    share /= share.sum()
-    out = [
-        Model(fitted=f, log_evidence=log, probability=p)
-        for f, log, p in zip(whole, logs.tolist(), share.tolist(), strict=True)
-    ]
-    return tuple(sorted(out, key=lambda m: -m.log_evidence))
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -149,6 +99,127 @@ class Promise:
     log_evidence: float
 
 
+def models(
+    data: Data,
+    hypotheses: Sequence[Hypothesis],
+    *,
+    most_effects: int = MOST_EFFECTS,
+    most_alone: int | None = None,
+    progress: Callable[[tuple[str, ...]], None] = lambda _: None,
+) -> tuple[Model, ...]:
+    """All that were fitted, the most probable first; at most so many effects in one, and alone."""
+    looked = _Looked(data, hypotheses, progress)
+    looked.alone(most_alone, choosy=most_effects == 1)
+    for size in range(2, most_effects + 1):
+        looked.together(size)
+    looked.in_place()
+    return _judged(looked.done.values())
+
+
+class _Looked:
+    """At these models so far: `done`, by their ids."""
+
+    def __init__(
+        self,
+        data: Data,
+        hypotheses: Sequence[Hypothesis],
+        progress: Callable[[tuple[str, ...]], None],
+    ) -> None:
+        self._data, self._progress = data, progress
+        self.done: dict[tuple[str, ...], Fitted] = {}
+        self._shapes: Mapping[str, Shape] = {}
+        null = self._fitted(())
+        self._hypotheses = [h for h in hypotheses if h.possible(null.problem.flights[0].pack)]
+        self._shapes = {h.id: shape_of(h, null, data) for h in self._hypotheses}
+
+    def alone(self, most: int | None, *, choosy: bool) -> None:
+        """One effect each; all of them if those that may win leave much unsaid."""
+        promises = self._promises(0, 1.0)[:most]  # before a fit nothing is known of the scale
+        for promise in promises:
+            if self._may_win(promise, choosy=choosy):
+                self._extended(promise)
+        if not choosy and self._scale > UNSAID:
+            for promise in promises:  # the twin may bend more than was thought
+                self._extended(promise)
+
+    def together(self, size: int) -> None:
+        """So many effects each."""
+        for promise in self._promises(size - 1, self._scale)[:TRIED]:
+            if self._may_win(promise, choosy=True):
+                self._extended(promise)
+
+    def in_place(self) -> None:
+        """Of the best combination: is one of its effects not needed, would another do as well?"""
+        best = _judged(self.done.values())[0].fitted
+        for rest in combinations(best.problem.hypotheses, max(len(best.ids) - 1, 0)):
+            base = self._fitted(rest, best)
+            for promise in self._promises_of(base, self._scale) if rest else ():
+                if promise.left < _squares(best) + SLACK * self._scale:
+                    self._extended(promise)
+
+    def _fitted(self, chosen: Sequence[Hypothesis], base: Fitted | None = None) -> Fitted:
+        ids = tuple(sorted(h.id for h in chosen))
+        if ids not in self.done:
+            self._progress(ids)
+            ordered = sorted(chosen, key=lambda h: h.id)
+            known = base.problem.values(base.q) if base else {}
+            problem = self._shapes[ids[0]].problem if len(ids) == 1 else None
+            self.done[ids] = fit(self._data, ordered, known, problem)
+        return self.done[ids]
+
+    def _extended(self, promise: Promise) -> None:
+        self._fitted([*promise.base.problem.hypotheses, promise.more], promise.base)
+
+    @property
+    def _scale(self) -> float:
+        return scale_of(self.done.values())
+
+    def _promises(self, size: int, scale: float) -> list[Promise]:
+        """All models of `size` effects, each with one to add; the most probable come first."""
+        found: dict[tuple[str, ...], Promise] = {}
+        for base in [f for f in self.done.values() if len(f.ids) == size]:
+            for own in self._promises_of(base, scale):
+                ids = tuple(sorted((*base.ids, own.more.id)))
+                found[ids] = min(found.get(ids, own), own, key=lambda p: p.left)
+        return sorted(found.values(), key=lambda p: -p.log_evidence)
+
+    def _promises_of(self, base: Fitted, scale: float) -> list[Promise]:
+        others = [h for h in self._hypotheses if h.id not in base.ids]
+        return [_promise(base, h, self._shapes[h.id], scale) for h in others]
+
+    def _may_win(self, promise: Promise, *, choosy: bool) -> bool:
+        """It may leave no more than the best so far, and gains what an effect more has to.
+
+        If `choosy` it has to promise, too, that little more than noise is left: on what no effect
+        explains, ever larger combinations would be tried in vain.
+        """
+        squares = [_squares(f) for f in self.done.values()]
+        gained = _squares(promise.base) - promise.left
+        least = promise.left - BENT * gained
+        worth = least < min(squares) + SLACK * self._scale and gained > -2.0 * np.log(PRIOR)
+        noise = float(promise.base.there.residuals.size)
+        said = least < NOISY * noise + NEARLY_ALL * (max(squares) - noise)
+        return worth and (said or not choosy)
+
+
+def scale_of(fits: Iterable[Fitted]) -> float:
+    """How much larger variances are than expected, by what leaves least."""
+    return max(1.0, min(f.excess for f in fits))
+
+
+def _judged(fits: Iterable[Fitted]) -> tuple[Model, ...]:
+    whole = list(fits)
+    scale = scale_of(whole)
+    logs = np.array([f.log_evidence(scale) + len(f.ids) * np.log(PRIOR) for f in whole])
+    share = np.exp(logs - logs.max())
+    share /= share.sum()
+    out = [
+        Model(fitted=f, log_evidence=log, probability=p)
+        for f, log, p in zip(whole, logs.tolist(), share.tolist(), strict=True)
+    ]
+    return tuple(sorted(out, key=lambda m: -m.log_evidence))
+
+
 def shape_of(h: Hypothesis, null: Fitted, data: Data) -> Shape:
     """Of one hypothesis, about the twin as configured."""
     problem, own = data.problems([h])[0], len(h.fitted)
@@ -163,44 +234,11 @@ def shape_of(h: Hypothesis, null: Fitted, data: Data) -> Shape:
     return Shape(problem, columns[1], np.hstack(columns), np.array(low), np.array(high))
 
 
-def _promises(
-    size: int, hypotheses: Sequence[Hypothesis], done: Mapping[tuple[str, ...], Fitted],
-    shapes: Mapping[str, Shape],
-) -> list[Promise]:  # fmt: skip
-    """All models of `size` effects, each with one to add; the most probable come first."""
-    found: dict[tuple[str, ...], Promise] = {}
-    scale = scale_of(done.values()) if size else 1.0  # before a fit nothing is known of it
-    for base in [f for f in done.values() if len(f.ids) == size]:
-        for h in hypotheses:
-            ids = tuple(sorted({*base.ids, h.id}))
-            if len(ids) > size:
-                own = _promise(base, h, shapes[h.id], scale)
-                found[ids] = min(found.get(ids, own), own, key=lambda p: p.left)
-    return sorted(found.values(), key=lambda p: -p.log_evidence)
-
-
 def _promise(base: Fitted, h: Hypothesis, shape: Shape, scale: float) -> Promise:
     left = _squares(base) - _explained(base, shape)
     columns = np.hstack([base.there.slopes, shape.slopes])
     information = np.eye(columns.shape[1]) + columns.T @ columns / scale
     return Promise(base, h, left, -0.5 * (left / scale + float(np.linalg.slogdet(information)[1])))
-
-
-def _may_win(promise: Promise, done: Iterable[Fitted], *, choosy: bool) -> bool:
-    """It may leave no more than the best so far, and gains what an effect more has to.
-
-    If `choosy` it has to promise, too, that little more than noise is left: on what no effect
-    explains, ever larger combinations would be tried in vain.
-    """
-    fits = list(done)
-    scale, best = scale_of(fits), min(_squares(f) for f in fits)
-    gained = _squares(promise.base) - promise.left
-    least = promise.left - BENT * gained
-    worth = least < best + SLACK * scale and gained > -2.0 * np.log(PRIOR)
-    if not choosy:
-        return worth
-    noise, whole = float(promise.base.there.residuals.size), max(_squares(f) for f in fits)
-    return worth and least < NOISY * noise + NEARLY_ALL * (whole - noise)
 
 
 def _squares(f: Fitted) -> float:

@@ -48,7 +48,7 @@ def white_V(residual_V: FloatArray, current_A: FloatArray, period_s: float) -> f
 
     From third differences: what is smooth cancels; what jumps with the current, as far as it is in
     proportion to it and to its neighbours (up to REACH, so that a clock or a sensor that is late is
-    no noise), is taken out first. Of samples and of means over 2, 4
+    no noise) or to its square and cube, is taken out first. Of samples and of means over 2, 4
     and 8 of them (up to LONGEST_S): noise that was smoothed or interpolated is little from sample
     to sample and shows in the means. The largest counts.
     """
@@ -73,7 +73,8 @@ def _spread_V(residual_V: FloatArray, current_A: FloatArray) -> float:
         return LEAST_V
     places = range(-max(reach, 1), max(reach, 1) + 1)
     good = slice(places.stop - 1, third.size - places.stop + 1)
-    lagged = np.column_stack([np.roll(drive, k)[good] for k in places])
+    bent = [np.diff(current_A**power, n=3)[good] for power in (2, 3)]
+    lagged = np.column_stack([*(np.roll(drive, k)[good] for k in places), *bent])
     slopes = np.linalg.lstsq(lagged, third[good], rcond=None)[0]
     left = third[good] - lagged @ slopes
     freedom = left.size / (left.size - lagged.shape[1])

@@ -66,7 +66,8 @@ def test_what_was_left_out_is_named_and_sized(
     # noise of the current makes the whole resistance, ten times this one, look 0.7 % smaller
     assert found.value == pytest.approx(value, rel=0.1, abs=4 * found.std)
     errors = finding.errors
-    assert errors.held_out_after < 1.15 * errors.noise < errors.held_out_before
+    # the noise is that of the voltage; the current's adds to the error through the resistance
+    assert errors.held_out_after < 1.2 * errors.noise < errors.held_out_before
 
 
 def test_two_at_once_are_named_together() -> None:
