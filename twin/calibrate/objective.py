@@ -14,7 +14,14 @@ import numpy.typing as npt
 
 from twin.calibrate.cell_map import FILLERS, SIDES, START_V, CellMap, Infeasible, Mapped
 from twin.calibrate.ocp_correction import Correction
-from twin.calibrate.parameters import FILLER_STD, Parameter, cell_table, start_parameters
+from twin.calibrate.parameters import (
+    FILLER_EDGE,
+    FILLER_LEAST,
+    FILLER_STD,
+    Parameter,
+    cell_table,
+    start_parameters,
+)
 from twin.calibrate.reference import ReferenceTest
 from twin.calibrate.refine import FINE_MESH, PARTS, refined
 from twin.calibrate.resample import Sampled
@@ -134,7 +141,7 @@ class Problem:
         rows = [
             (t.voltage_V - v) / t.sigma_V for t, v in zip(self.tests, parts, strict=True)
         ]  # fmt: skip
-        fillers = (self._filler_means - derived[FILLERS]) / FILLER_STD
+        fillers, _ = self.missed_fillers(derived)
         return np.concatenate([*rows, -q, fillers])
 
     def linearised(self, q: FloatArray) -> tuple[FloatArray, FloatArray]:
@@ -150,8 +157,8 @@ class Problem:
             rows.append((test.voltage_V - simulated.voltage_V) / test.sigma_V)
             slopes.append(-simulated.by_q / test.sigma_V[:, None])
         mapped = self.mapped(q, 0)
-        fillers = self.missed_fillers(mapped)
-        by_q = -self.chain(q, mapped.derived_by_values[FILLERS], 0) / FILLER_STD
+        fillers, by_filler = self.missed_fillers(mapped.derived)
+        by_q = by_filler[:, None] * self.chain(q, mapped.derived_by_values[FILLERS], 0)
         residuals = np.concatenate([*rows, -q, fillers])
         return residuals, np.vstack([*slopes, -np.eye(q.size), by_q])
 
@@ -287,9 +294,15 @@ class Problem:
         """What the kernel is given."""
         return self._map.mapped(self._values_at(self.values(q), test))
 
-    def missed_fillers(self, mapped: Mapped) -> FloatArray:
-        """(2,) by how many standard deviations of their prior the fillers lie below its mean."""
-        return np.asarray((self._filler_means - mapped.derived[FILLERS]) / FILLER_STD)
+    def missed_fillers(self, derived: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """(2,) by how many deviations of their prior the fillers lie below its mean, and the slope.
+
+        Below FILLER_LEAST many more: no electrode holds more than its volume.
+        """
+        fillers = derived[FILLERS]
+        missed = (self._filler_means - fillers) / FILLER_STD
+        missed += np.maximum(FILLER_LEAST - fillers, 0.0) / FILLER_EDGE
+        return missed, -1.0 / FILLER_STD - (fillers < FILLER_LEAST) / FILLER_EDGE
 
     def chain(self, q: FloatArray, by_values: FloatArray, test: int) -> FloatArray:
         """(rows, k) by coordinates, from (rows, values) by the values of one test."""

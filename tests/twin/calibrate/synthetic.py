@@ -73,7 +73,9 @@ def drawn_cell(problem: Problem, random: np.random.Generator) -> FloatArray:
         except Infeasible:
             continue
         fillers = mapped.derived[FILLERS]
-        kept = np.log(random.random()) < -0.5 * float(np.sum(problem.missed_fillers(mapped) ** 2))
+        kept = np.log(random.random()) < -0.5 * float(
+            np.sum(problem.missed_fillers(mapped.derived)[0] ** 2)
+        )
         if kept and (q >= low).all() and (q <= high).all() and fillers.min() > 0:
             return q
 

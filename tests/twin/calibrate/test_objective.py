@@ -8,7 +8,7 @@ import pytest
 
 from tests.twin.calibrate.synthetic import cell_pack, measured
 from twin.bpx_file import open_circuit_V
-from twin.calibrate.cell_map import Infeasible
+from twin.calibrate.cell_map import FILLERS, Infeasible
 from twin.calibrate.objective import Problem
 from twin.calibrate.polish import polish
 from twin.calibrate.reference import ReferenceTest
@@ -128,3 +128,20 @@ def test_values_that_no_cell_has_are_told() -> None:
     with pytest.raises(Infeasible):
         problem.mapped(q, 0)
     assert np.isfinite(problem.cost(q))
+
+
+def test_an_electrode_does_not_hold_more_than_its_volume() -> None:
+    """Below the least filler the misfit grows steeply, and its slope is that of the residuals."""
+    problem, truth = case()
+    q = truth.copy()
+    place = [p.name for p in problem.parameters].index("negative.porosity")
+    while problem.mapped(q, 0).derived[FILLERS][0] > -0.01:
+        q[place] += 0.1
+    missed = problem.missed_fillers(problem.mapped(q, 0).derived)[0]
+    assert missed[0] > 15.0  # a hundredth below nothing; the prior alone says 2
+    residuals, slopes = problem.linearised(q)
+    step = np.zeros(q.size)
+    step[place] = 1e-5
+    change = (problem.residuals(q + step) - problem.residuals(q - step))[-2:] / 2e-5
+    assert slopes[-2:, place] == pytest.approx(change, rel=1e-4, abs=1e-6)
+    assert residuals == pytest.approx(problem.residuals(q))
