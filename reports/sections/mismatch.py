@@ -12,8 +12,8 @@ from twin.mismatch import Finding, Verdict
 SHOWN = 5
 FURTHER = (
     "This is the short form, from one flight of which blocks are fitted and held out in turn. "
-    "Of every effect that needs no further equations only the first step of a fit was made, and a "
-    "whole fit of the most promising one. `twin explain` fits all, takes several flights, "
+    "Of all effects that need no further equations only the three that promise most by what they "
+    "do to the voltage were fitted, each alone. `twin explain` fits all, takes several flights, "
     "tries combinations, and writes a pack file with what was found."
 )
 NEEDED = (
