@@ -14,7 +14,7 @@ NUMERICS_V = 7.5e-4
 """Of a cell: what changes the voltage by less, rms, cannot be told from the error of the numerics.
 This twin and PyBaMM on fine meshes differ by 0.1 to 0.57 mV (`tests/mismatch_cases`)."""
 TOLD = 0.98  # of the prior's deviation, beyond which a recording tells nothing of a number
-NOT_WHITE = 2.5
+NOT_WHITE = 2.0
 """Excess of what is left, above which it is not just noise (of 100 residuals of pure noise one
 exceeds 2)."""
 CELL_V = 0.1
