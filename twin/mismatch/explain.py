@@ -119,7 +119,11 @@ def _residual_V(flight: Flight) -> FloatArray:
 def _advice(decision: Decision, found: Sequence[Model], noise_V: float) -> str:
     """For effects that look alike, or several that remain."""
     best = decision.model
-    rivals = [m.fitted for m in found if best.log_evidence - m.log_evidence < ALIKE]
+    rivals = [
+        m.fitted
+        for m in found
+        if best.log_evidence - m.log_evidence < ALIKE and not set(best.ids) < set(m.ids)
+    ]
     return advise(rivals[:MOST_COMPARED], noise_V) if best.ids else ""
 
 
