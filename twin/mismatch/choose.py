@@ -34,10 +34,9 @@ NOISY = 1.2  # squares a residual, of noise that was estimated
 UNSAID = 2.5  # excess of the best above which every effect is fitted, whatever it promised
 SLACK = 10.0  # squares that may be left beyond those of the best
 NEARLY_ALL = 0.03
-"""Of the squares beyond the noise, held out: an effect that leaves no more of them is named though
-something else is left, as it is where the twin's cell is not quite the one that flew. Then each
-effect more has to leave as little again of what the others left: together they can shape themselves
-to much."""
+"""Of the squares beyond the noise, held out: what leaves no more is named though something else is
+left, as it is where the twin's cell is not quite the one that flew. Of a combination less, by the
+number of its effects: together they can shape themselves to much."""
 ALIKE = 3.0
 """Logarithm of the odds within which two models are one: Kass, Raftery, J. Am. Stat. Assoc. 90, 773
 (1995): below 20 to 1 is not strong."""

@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from math import sqrt
 
 import numpy as np
 
@@ -17,6 +18,12 @@ TOLD = 0.98  # of the prior's deviation, beyond which a recording tells nothing 
 NOT_WHITE = 2.0
 """Excess of what is left, above which it is not just noise (of 100 residuals of pure noise one
 exceeds 2)."""
+NOISE_KNOWN = 2.5
+"""Relative deviation of a variance by the median of third differences, times the square root of the
+number of samples: with few of them the noise is not known well, nor an excess."""
+NOT_NOISE = 4.0
+"""Times the noise, held out: what is left beyond is the error of a cell that is not quite the right
+one. Where noise hides that, only a third of NEARLY_ALL may be left."""
 CELL_V = 0.1
 """Of a cell: what may be left in that case. Calibrated twins miss 10 to 80 mV of tests that they
 have not seen (`benchmarks/calibration_real.py`); more is not explained."""
@@ -44,11 +51,11 @@ def decide(models: Sequence[Model], scale: float, noise_V: float) -> Decision:
     null = next(m for m in models if not m.ids)
     best = _simplest(models)
     if not best.ids or null.probability > LIKELY:
-        verdict = Verdict.NONE if null.fitted.excess < NOT_WHITE else Verdict.UNKNOWN
+        verdict = Verdict.NONE if white(null.fitted) else Verdict.UNKNOWN
         return Decision(verdict=verdict, model=null, effects=())
     if _change_V(best.fitted, null.fitted) < NUMERICS_V * _series(null.fitted):
         return Decision(verdict=Verdict.NONE, model=null, effects=())
-    if best.fitted.excess >= NOT_WHITE:
+    if not white(best.fitted):
         within = [m for m in models if m.ids and set(m.ids) <= set(best.ids)]
         within = [m for m in within if nearly(m.fitted, null.fitted, noise_V)]
         if not within:
@@ -82,11 +89,18 @@ def _series(fitted: Fitted) -> int:
     return min(f.pack.series for f in fitted.judge.flights)
 
 
+def white(fitted: Fitted) -> bool:
+    """Nothing but noise is left."""
+    samples = min(fitted.there.residuals.size, fitted.ahead.residuals.size)
+    return fitted.excess < NOT_WHITE * (1.0 + NOISE_KNOWN / sqrt(max(samples, 1)))
+
+
 def nearly(fitted: Fitted, null: Fitted, noise_V: float) -> bool:
     """Little is left on what was not fitted, see NEARLY_ALL."""
-    before, after = (max(f.held_out_rms_V() ** 2 - noise_V**2, 0.0) for f in (null, fitted))
-    least_V = CELL_V * _series(fitted)
-    return after < min(NEARLY_ALL ** len(fitted.ids) * before, least_V**2)
+    left_V = fitted.held_out_rms_V()
+    share = NEARLY_ALL / len(fitted.ids) / (1.0 if left_V > NOT_NOISE * noise_V else 3.0)
+    little = left_V**2 - noise_V**2 < share * (null.held_out_rms_V() ** 2 - noise_V**2)
+    return little and left_V < CELL_V * _series(fitted)
 
 
 def candidates(models: Sequence[Model]) -> tuple[Candidate, ...]:
