@@ -22,8 +22,8 @@ NOISE_KNOWN = 2.5
 """Relative deviation of a variance by the median of third differences, times the square root of the
 number of samples: with few of them the noise is not known well, nor an excess."""
 NOT_NOISE = 4.0
-"""Times the noise, held out: what is left beyond is the error of a cell that is not quite the right
-one. Where noise hides that, only a third of NEARLY_ALL may be left."""
+"""Times the noise, held out: only what is left beyond can be the error of a cell that is not quite
+the right one. Nearer, what is left has to be noise."""
 CELL_V = 0.1
 """Of a cell: what may be left in that case. Calibrated twins miss 10 to 80 mV of tests that they
 have not seen (`benchmarks/calibration_real.py`); more is not explained."""
@@ -96,11 +96,10 @@ def white(fitted: Fitted) -> bool:
 
 
 def nearly(fitted: Fitted, null: Fitted, noise_V: float) -> bool:
-    """Little is left on what was not fitted, see NEARLY_ALL."""
-    left_V = fitted.held_out_rms_V()
-    share = NEARLY_ALL / len(fitted.ids) / (1.0 if left_V > NOT_NOISE * noise_V else 3.0)
+    """Little is left on what was not fitted, see NEARLY_ALL, and more than noise could hide."""
+    left_V, share = fitted.held_out_rms_V(), NEARLY_ALL / len(fitted.ids)
     little = left_V**2 - noise_V**2 < share * (null.held_out_rms_V() ** 2 - noise_V**2)
-    return little and left_V < CELL_V * _series(fitted)
+    return little and NOT_NOISE * noise_V < left_V < CELL_V * _series(fitted)
 
 
 def candidates(models: Sequence[Model]) -> tuple[Candidate, ...]:
