@@ -171,7 +171,9 @@ def _drawn(rng: Random, name: str, value: float, known: Parameter | None) -> flo
     if known is not None:
         low, high = known.lower, known.upper
         if rng.random() < 0.5:
-            return float(np.clip(rng.normal(known.value, known.prior_std), low, high))
+            drawn = rng.normal(0.0, known.prior_std)
+            about = known.value * np.exp(drawn) if known.logarithmic else known.value + drawn
+            return float(np.clip(about, low, high))
         least = low if low > 0 else 1e-3 * high
         return float(np.exp(rng.uniform(np.log(least), np.log(high))))
     if end in NORMAL:

@@ -26,7 +26,7 @@ class Plating:
     parameters: ClassVar[tuple[Parameter, ...]] = (
         Parameter(
             name="rate_constant_m_s", unit="m/s", value=1e-9, lower=1e-13, upper=1e-7,
-            prior_std=2.3, logarithmic=True,
+            prior_std=1e-9,
         ),
         Parameter(
             name="decay_1_s", unit="1/s", value=1e-6, lower=0.0, upper=1e-3, prior_std=1e-6

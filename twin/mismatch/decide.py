@@ -50,11 +50,10 @@ def decide(models: Sequence[Model], scale: float, noise_V: float) -> Decision:
     """
     null = next(m for m in models if not m.ids)
     best = _simplest(models)
-    if not best.ids or null.probability > LIKELY:
+    small = _change_V(best.fitted, null.fitted) < NUMERICS_V * _series(null.fitted)
+    if not best.ids or null.probability > LIKELY or small:
         verdict = Verdict.NONE if white(null.fitted) else Verdict.UNKNOWN
         return Decision(verdict=verdict, model=null, effects=())
-    if _change_V(best.fitted, null.fitted) < NUMERICS_V * _series(null.fitted):
-        return Decision(verdict=Verdict.NONE, model=null, effects=())
     if not white(best.fitted):
         within = [m for m in models if m.ids and set(m.ids) <= set(best.ids)]
         within = [m for m in within if nearly(m.fitted, null.fitted, noise_V)]
