@@ -19,12 +19,14 @@ from argparse import ArgumentParser
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from itertools import groupby
+from pathlib import Path
 
 import numpy as np
 from scipy.optimize import minimize_scalar
 
-from benchmarks.real_cells import about_energy, lg_m50, panasonic, samsung
-from benchmarks.real_cells.recorded import (
+from benchmarks.real_cells.__main__ import SHARED
+from proof.recorded import about_energy, lg_m50, panasonic, samsung
+from proof.recorded.measured import (
     BEYOND_V,
     NotHere,
     RealCell,
@@ -32,7 +34,7 @@ from benchmarks.real_cells.recorded import (
     recorded_parts,
     wide,
 )
-from benchmarks.real_cells.replay import answer, errors, fitted_shift
+from proof.recorded.replay import answer, errors, fitted_shift
 from twin.calibrate.out import calibrated_cell
 from twin.calibrate.reference import ReferenceTest
 from twin.calibrate.run import Search, conclude, fit, problem_of
@@ -42,7 +44,7 @@ from twin.load import Load
 from twin.pack import Pack
 from twin.simulate import simulate
 
-CELLS: dict[str, Callable[[], RealCell]] = {
+CELLS: dict[str, Callable[[Path], RealCell]] = {
     "lg_m50": lg_m50.cell,
     "samsung": samsung.cell,
     "panasonic": panasonic.cell,
@@ -150,7 +152,7 @@ def main() -> None:
     given = parser.parse_args()
     for name in given.cells or CELLS:
         try:
-            cell = CELLS[name]()
+            cell = CELLS[name](SHARED)
         except NotHere as e:
             print(f"left out: {e}")
             continue

@@ -21,9 +21,10 @@ import numpy as np
 import numpy.typing as npt
 from scipy.optimize import brentq, least_squares
 
-from benchmarks.real_cells import melasta
-from benchmarks.real_cells.recorded import NotHere, RealTest
-from benchmarks.real_cells.replay import Model, errors, follow
+from benchmarks.real_cells.__main__ import SHARED
+from proof.recorded import melasta
+from proof.recorded.measured import NotHere, RealTest
+from proof.recorded.replay import Model, errors, follow
 from twin.bpx_function import Table
 from twin.builtin import load_cell
 from twin.cell import Cell, Electrode
@@ -105,7 +106,7 @@ def _per_area_C_m2(side: Electrode) -> float:
 def tables(models: Mapping[str, Model]) -> str:
     """Errors of each model in each test; a reason where there is no recording."""
     try:
-        tests = melasta.tests()
+        tests = melasta.tests(SHARED)
     except NotHere as e:
         return f"{e}: the measured cell is left out"
     cell, misfit_V = fitted_cell(tests["C/10"])

@@ -301,6 +301,13 @@ def calibrate(**options: object) -> None:
     "recording whose name it begins with, else to the last one.",
 )
 @click.option(
+    "--floor-mv",
+    type=click.FloatRange(min=0.0, min_open=True),
+    metavar="MV",
+    help="The twin's own error, rms of the pack's voltage in tests it was not fitted to: less than "
+    "that is not to be explained. By itself that of its numerics.",
+)
+@click.option(
     "--between",
     type=click.Choice(["linear", "hold"]),
     default="linear",

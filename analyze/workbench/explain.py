@@ -56,6 +56,7 @@ class Request:
     battery: int | None
     conceal: str
     reveal: tuple[Path, ...]
+    floor_mv: float | None = None
 
     def __post_init__(self) -> None:
         if self.adopt and self.adopt.suffix != ".toml":
@@ -83,7 +84,7 @@ def run(request: Request) -> int:
     files = named(request)
     drawn = {name: _drawn(path, request, choice, concealed) for name, path in files.items()}
     make_writable(request.out)
-    finding = _explained(drawn, len(request.sources))
+    finding = _explained(drawn, len(request.sources), request.floor_mv)
     _write_verdict(request.out, finding)
     print_finding(finding)
     adopted = _adopted(request, choice, finding)
@@ -196,8 +197,9 @@ def flight_of(drawn: Drawn, name: str) -> Flight:
     )
 
 
-def _explained(drawn: Mapping[str, Drawn], fitted: int) -> Finding:
+def _explained(drawn: Mapping[str, Drawn], fitted: int, floor_mv: float | None) -> Finding:
     """By the first so many recordings; the others are held out."""
+    slow_V = None if floor_mv is None else 1e-3 * floor_mv
     flights = [flight_of(d, name) for name, d in drawn.items()]
     with _refusing(), watching(None, "models") as tell:
         looked_at = 0
@@ -207,7 +209,7 @@ def _explained(drawn: Mapping[str, Drawn], fitted: int) -> Finding:
             looked_at += 1
             tell(looked_at, " + ".join(ids))
 
-        return explain(flights[:fitted], flights[fitted:], progress=progress)
+        return explain(flights[:fitted], flights[fitted:], slow_V=slow_V, progress=progress)
 
 
 def _write_verdict(out: Path, finding: Finding) -> None:

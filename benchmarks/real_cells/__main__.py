@@ -9,12 +9,15 @@ degC where none was measured). Cells whose recordings are not at hand are left o
 
 import sys
 from collections.abc import Callable
+from pathlib import Path
 
-from benchmarks.real_cells import about_energy, flown, lg_m50, melasta, panasonic, samsung
-from benchmarks.real_cells.recorded import NotHere, RealCell
-from benchmarks.real_cells.replay import Errors, baseline_errors, fitted_shift
+from benchmarks.real_cells import flown
+from proof.recorded import about_energy, lg_m50, melasta, panasonic, samsung
+from proof.recorded.measured import NotHere, RealCell
+from proof.recorded.replay import Errors, baseline_errors, fitted_shift
 
-CELLS: tuple[Callable[[], RealCell], ...] = (
+SHARED = Path(__file__).parents[3] / "shared"
+CELLS: tuple[Callable[[Path], RealCell], ...] = (
     panasonic.cell,
     lg_m50.cell,
     samsung.cell,
@@ -50,7 +53,7 @@ def main() -> None:
     sys.stdout.write("  | use | test | samples | s | rms / max / mean mV | start fitted |\n")
     for load in CELLS:
         try:
-            lines = rows(load())
+            lines = rows(load(SHARED))
         except NotHere as e:
             lines = [f"left out: {e}"]
         sys.stdout.write("\n".join(lines) + "\n")

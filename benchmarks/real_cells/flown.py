@@ -3,21 +3,23 @@
 Log: ArduPilot's LogAnalyzer examples (GPL-3), 3 cells, 4 Ah, 1 Hz; ../shared/flights/CATALOGUE.md.
 """
 
+from pathlib import Path
+
 from analyze.pipeline import Flight, Source, read_flight
 from analyze.start import pack_of
-from benchmarks.real_cells.recorded import RealCell, RealTest, recording, wide
+from proof.recorded.measured import RealCell, RealTest, recording, wide
 
 LOG = "flights/1002victor__ardupilot/underpowered.log"
 
 
-def flight() -> Flight:
+def flight(folder: Path) -> Flight:
     """The log as `analyze` reads it."""
-    return read_flight(Source(log=recording(LOG), sensor=None, pack=None, battery=None))
+    return read_flight(Source(log=recording(folder, LOG), sensor=None, pack=None, battery=None))
 
 
-def cell() -> RealCell:
+def cell(folder: Path) -> RealCell:
     """The pack with its flight to fit, and none to judge by; baseline: what `analyze` takes."""
-    read = flight()
+    read = flight(folder)
     r = read.recording
     test = RealTest(
         name="flight",

@@ -5,9 +5,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from benchmarks.real_cells import panasonic
-from benchmarks.real_cells.__main__ import CELLS
-from benchmarks.real_cells.recorded import (
+from benchmarks.real_cells.__main__ import CELLS, SHARED
+from proof.recorded import panasonic
+from proof.recorded.measured import (
     NotHere,
     RealCell,
     RealTest,
@@ -15,7 +15,7 @@ from benchmarks.real_cells.recorded import (
     on_one_clock,
     recorded_parts,
 )
-from benchmarks.real_cells.replay import answer, errors, held_C
+from proof.recorded.replay import answer, errors, held_C
 from twin.builtin import load_cell
 from twin.pack import Pack
 
@@ -85,7 +85,7 @@ def test_held_charge_is_what_takes_a_pack_from_full_to_empty() -> None:
 def load(make: object) -> RealCell:
     assert callable(make)
     try:
-        cell = make()
+        cell = make(SHARED)
     except NotHere as e:
         pytest.skip(str(e))
     assert isinstance(cell, RealCell)
@@ -117,7 +117,7 @@ def test_tests_of_a_cell_are_physical(make: object) -> None:
 
 def test_the_charge_between_panasonics_pulses_is_back() -> None:
     try:
-        test = panasonic.pulses()
+        test = panasonic.pulses(SHARED)
     except NotHere as e:
         pytest.skip(str(e))
     # 2.7728 Ah by the cycler's counter; pulses that rise within 0.1 s lose half of that: 9 mAh

@@ -8,8 +8,8 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from tests.mismatch_cases.configured import Configured
-from tests.mismatch_cases.solves import write_npz
+from proof.simulated.configured import Configured
+from proof.simulated.solves import write_npz
 
 FloatArray = npt.NDArray[np.float64]
 

@@ -5,8 +5,8 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from itertools import product
 
-from tests.mismatch_cases.configured import Configured
-from tests.mismatch_cases.effects import FOREIGN, LIBRARY
+from proof.simulated.configured import Configured
+from proof.simulated.effects import FOREIGN, LIBRARY
 
 ROOM_K = 298.15
 LIPO = (  # at rest one of these, by plan

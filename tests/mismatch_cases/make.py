@@ -15,14 +15,14 @@ from pathlib import Path
 
 import numpy as np
 
+from proof.simulated.effects import ALL
+from proof.simulated.flights import TrueFlight, true_flight
+from proof.simulated.pack_truth import PackTruth, fly
+from proof.simulated.record import record
+from proof.simulated.solves import OutOfReachError, Solves
+from proof.simulated.strength import NOISE_V, STRENGTHS, missed_V, size_for
 from tests.mismatch_cases.case import Case
 from tests.mismatch_cases.catalogue import PLANS, Spec, specs
-from tests.mismatch_cases.effects import ALL
-from tests.mismatch_cases.flights import TrueFlight, true_flight
-from tests.mismatch_cases.pack_truth import PackTruth, fly
-from tests.mismatch_cases.record import record
-from tests.mismatch_cases.solves import OutOfReachError, Solves
-from tests.mismatch_cases.strength import NOISE_V, STRENGTHS, missed_V, size_for
 
 kept_flight = cache(true_flight)
 

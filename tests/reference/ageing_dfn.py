@@ -9,6 +9,7 @@ import numpy as np
 import numpy.typing as npt
 import pybamm
 
+from proof.simulated.cell_truth import okane
 from tests.reference.dfn import Mesh
 
 FloatArray = npt.NDArray[np.float64]
@@ -54,14 +55,6 @@ EFFECTS: Mapping[str, Mapping[str, Any]] = {
 }
 """What is switched on, by the name it has in the cases; PyBaMM's options for it."""
 
-FROM_OKANE = (
-    "SEI", "Bulk solvent", "Ratio of lithium moles", "plating", "stripping", "plated",
-    "Lithium metal partial", "Dead lithium", "Poisson", "Young", "partial molar",
-    "free of deformation", "volume change", "crack", "Paris", "LAM", "critical stress",
-    "thermal expansion",
-)  # fmt: skip
-"""Words in the names of the parameters that come from OKane2022; the rest is the file's."""
-
 
 @dataclass(frozen=True, slots=True, eq=False)
 class AgeingAnswer:
@@ -74,9 +67,7 @@ class AgeingAnswer:
 def parameters(file: Path, *, charge: float) -> pybamm.ParameterValues:
     """The file's cell at a state of charge (0 to 1), with the degradation of O'Kane 2022."""
     values = pybamm.ParameterValues.create_from_bpx(str(file), target_soc=charge)
-    okane = pybamm.ParameterValues("OKane2022")
-    added = {k: okane[k] for k in okane if any(word in k for word in FROM_OKANE)}
-    values.update(added, check_already_exists=False)
+    values.update(okane(), check_already_exists=False)
     return values
 
 

@@ -5,11 +5,11 @@ from math import exp, isfinite, log
 
 import numpy as np
 
-from tests.mismatch_cases.configured import Configured
-from tests.mismatch_cases.effects import Effect
-from tests.mismatch_cases.flights import TrueFlight
-from tests.mismatch_cases.pack_truth import Flown, PackTruth, fly
-from tests.mismatch_cases.solves import OutOfReachError, Solves
+from proof.simulated.configured import Configured
+from proof.simulated.effects import Effect
+from proof.simulated.flights import TrueFlight
+from proof.simulated.pack_truth import Flown, PackTruth, fly
+from proof.simulated.solves import OutOfReachError, Solves
 
 NOISE_V = 0.008  # rms, of the pack's voltage
 STRENGTHS: Mapping[str, float] = {"barely": NOISE_V, "3x": 3 * NOISE_V, "10x": 10 * NOISE_V}
@@ -26,7 +26,7 @@ def missed_V(told: Configured, flown: Flown) -> float:
     )
 
 
-def size_for(
+def size_for(  # noqa: PLR0913
     effect: Effect,
     flavour: int,
     told: Configured,

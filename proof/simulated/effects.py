@@ -8,8 +8,8 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from math import exp
 
-from tests.mismatch_cases.cell_truth import CellTruth
-from tests.mismatch_cases.pack_truth import PackTruth
+from proof.simulated.cell_truth import CellTruth
+from proof.simulated.pack_truth import PackTruth
 
 CELL_V = 3.7  # at which a leak's current is stated
 Make = Callable[[PackTruth, float, int], PackTruth]
@@ -54,6 +54,7 @@ def _slowed(pack: PackTruth, names: tuple[str, ...], size: float) -> PackTruth:
 
 
 def self_heating(pack: PackTruth, size: float, flavour: int) -> PackTruth:
+    """Less or more of it than 12 W/m2/K; the twin is isothermal."""
     del flavour
     return in_cells(pack, heat_transfer_W_m2_K=12.0 / size)
 
@@ -75,11 +76,13 @@ def electrolyte_transport(pack: PackTruth, size: float, flavour: int) -> PackTru
 
 
 def solid_diffusion_negative(pack: PackTruth, size: float, flavour: int) -> PackTruth:
+    """Slower in the particles."""
     del flavour
     return _slowed(pack, ("Negative particle diffusivity [m2.s-1]",), size)
 
 
 def solid_diffusion_positive(pack: PackTruth, size: float, flavour: int) -> PackTruth:
+    """Slower in the particles."""
     del flavour
     return _slowed(pack, ("Positive particle diffusivity [m2.s-1]",), size)
 
@@ -95,26 +98,31 @@ def ocv_hysteresis(pack: PackTruth, size: float, flavour: int) -> PackTruth:
 
 
 def plating_stripping(pack: PackTruth, size: float, flavour: int) -> PackTruth:
+    """Lithium metal on the negative particles at the start."""
     del flavour
     return in_cells(pack, plated_mol_m3=size)
 
 
 def lithium_inventory_loss(pack: PackTruth, size: float, flavour: int) -> PackTruth:
+    """A share of the cyclable lithium."""
     del flavour
     return in_cells(pack, lithium_left=1.0 - size)
 
 
 def active_material_loss_negative(pack: PackTruth, size: float, flavour: int) -> PackTruth:
+    """Lost when full."""
     del flavour
     return in_cells(pack, material_left=(1.0 - size, pack.cells.material_left[1]))
 
 
 def active_material_loss_positive(pack: PackTruth, size: float, flavour: int) -> PackTruth:
+    """Lost when full."""
     del flavour
     return in_cells(pack, material_left=(pack.cells.material_left[0], 1.0 - size))
 
 
 def film_resistance(pack: PackTruth, size: float, flavour: int) -> PackTruth:
+    """On the negative particles."""
     del flavour
     return in_cells(pack, film_ohm_m2=size)
 
@@ -142,6 +150,7 @@ def initial_soc(pack: PackTruth, size: float, flavour: int) -> PackTruth:
 
 
 def leakage(pack: PackTruth, size: float, flavour: int) -> PackTruth:
+    """A resistor across the pack."""
     del flavour
     return replace(pack, leak_S=size / (CELL_V * pack.series))
 

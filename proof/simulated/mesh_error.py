@@ -1,4 +1,4 @@
-"""What PyBaMM's own mesh and tolerance cost: `python -m tests.mismatch_cases.mesh_error [NAME...]`.
+"""What PyBaMM's own mesh and tolerance cost: `python -m proof.simulated.mesh_error [NAME...]`.
 
 The first seconds of a flight on the mesh of the cases and on one twice as fine in every direction
 at a hundredth of the tolerance, whose own error is a quarter (second order). Minutes a row.
@@ -11,12 +11,12 @@ from itertools import chain
 
 import numpy as np
 
+from proof.simulated.cell_truth import TOLERANCE, solve
+from proof.simulated.configured import Configured
+from proof.simulated.effects import LIBRARY
+from proof.simulated.flights import true_flight
+from proof.simulated.pack_truth import PackTruth
 from tests.mismatch_cases.catalogue import END_SOC, FIRST_SEED, LIPO, M50
-from tests.mismatch_cases.cell_truth import TOLERANCE, solve
-from tests.mismatch_cases.configured import Configured
-from tests.mismatch_cases.effects import LIBRARY
-from tests.mismatch_cases.flights import true_flight
-from tests.mismatch_cases.pack_truth import PackTruth
 
 SPAN_S = 60.0
 ROWS: Mapping[str, tuple[Configured, str | None, float]] = {

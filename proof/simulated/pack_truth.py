@@ -5,12 +5,12 @@ from dataclasses import dataclass, replace
 import numpy as np
 import numpy.typing as npt
 
+from proof.simulated.cell_truth import CellTruth
+from proof.simulated.configured import Configured
+from proof.simulated.faults import FAULTS, Traces
+from proof.simulated.flights import TrueFlight
+from proof.simulated.solves import Solves
 from segment.segment import Motion
-from tests.mismatch_cases.cell_truth import CellTruth
-from tests.mismatch_cases.configured import Configured
-from tests.mismatch_cases.faults import FAULTS, Traces
-from tests.mismatch_cases.flights import TrueFlight
-from tests.mismatch_cases.solves import Solves
 
 FloatArray = npt.NDArray[np.float64]
 

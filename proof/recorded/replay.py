@@ -8,7 +8,7 @@ import numpy as np
 import numpy.typing as npt
 from scipy.optimize import minimize_scalar
 
-from benchmarks.real_cells.recorded import BEYOND_V, RealCell, RealTest
+from proof.recorded.measured import BEYOND_V, RealCell, RealTest
 from twin.constants import FARADAY_C_mol
 from twin.layout import Layout
 from twin.load import Load

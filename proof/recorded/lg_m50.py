@@ -3,11 +3,12 @@
 Recordings: WMG, University of Warwick, via pybop-team/PyBOP.
 """
 
+from pathlib import Path
 from types import SimpleNamespace
 
 import numpy as np
 
-from benchmarks.real_cells.recorded import (
+from proof.recorded.measured import (
     RealCell,
     RealTest,
     discharge_of,
@@ -57,12 +58,12 @@ def pulse(raw: SimpleNamespace, tenths: int, slow: RealTest) -> RealTest:
     return on_one_clock(whole)
 
 
-def cell() -> RealCell:
+def cell(folder: Path) -> RealCell:
     """Fitted at 25 degC and up to 1C, judged at other rates and in the cold.
 
     The file's tests at 45 degC are not used: those it names 1C and 1.5C run at 2.5 A and 5 A.
     """
-    rates, pulses = matlab(recording(RATES)), matlab(recording(PULSES))
+    rates, pulses = matlab(recording(folder, RATES)), matlab(recording(folder, PULSES))
     slow = rate(rates, 25, "0.1C")
     return RealCell(
         name="LG M50 5 Ah",

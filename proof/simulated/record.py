@@ -5,9 +5,9 @@ from collections.abc import Callable, Mapping
 import numpy as np
 import numpy.typing as npt
 
+from proof.simulated.pack_truth import Flown
+from proof.simulated.strength import NOISE_V
 from tests.mismatch_cases.case import Concealed, Recording
-from tests.mismatch_cases.pack_truth import Flown
-from tests.mismatch_cases.strength import NOISE_V
 
 FloatArray = npt.NDArray[np.float64]
 BoolArray = npt.NDArray[np.bool_]

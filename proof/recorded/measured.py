@@ -4,6 +4,7 @@ from dataclasses import dataclass, fields, replace
 from functools import cached_property
 from pathlib import Path
 from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -15,7 +16,6 @@ from twin.pack import Pack
 
 FloatArray = npt.NDArray[np.float64]
 
-SHARED = Path(__file__).parents[3] / "shared"
 RESTED_S = 900.0  # without a current: at rest
 TICK_S = 1e-3  # between two samples with one time stamp: before and after a step
 BEYOND_V = 0.5  # a replay goes on so far beyond the cut-offs, to be judged by its voltage
@@ -25,9 +25,9 @@ class NotHere(Exception):
     """A recording that is not on this machine; the text says which."""
 
 
-def recording(name: str) -> Path:
+def recording(folder: Path, name: str) -> Path:
     """The path of a file in the collection of recordings, by its name there; NotHere without it."""
-    path = SHARED / name
+    path = folder / name
     if not path.exists():
         raise NotHere(f"no recording at {path}")
     return path
@@ -62,7 +62,9 @@ class RealTest:
     def part(self, rows: slice) -> "RealTest":
         """Some of its samples, from time 0."""
         arrays = {f.name: getattr(self, f.name) for f in fields(self)}
-        chosen = {k: v[rows] for k, v in arrays.items() if isinstance(v, np.ndarray)}
+        chosen: dict[str, Any] = {
+            k: v[rows] for k, v in arrays.items() if isinstance(v, np.ndarray)
+        }
         chosen["time_s"] = chosen["time_s"] - chosen["time_s"][0]
         return replace(self, **chosen)
 

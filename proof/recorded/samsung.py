@@ -3,10 +3,12 @@
 Recordings: ARTS Laboratory, University of South Carolina, CC BY-SA 4.0.
 """
 
+from pathlib import Path
+
 import numpy as np
 import numpy.typing as npt
 
-from benchmarks.real_cells.recorded import RealCell, RealTest, nearest, recording
+from proof.recorded.measured import RealCell, RealTest, nearest, recording
 from twin.constants import ZERO_CELSIUS_K
 
 FloatArray = npt.NDArray[np.float64]
@@ -18,19 +20,19 @@ COLUMNS = {"time_s": 0, "current_A": 1, "voltage_V": 2, "temperature": 4}
 LEAST_V = 2.0  # below it a sample is a fault of the logger
 
 
-def read(name: str) -> RealTest:
+def read(folder: Path, name: str) -> RealTest:
     """One discharge of cell S001."""
-    path = recording(f"{FOLDER}S001/Q30_S001_{name}.csv")
+    path = recording(folder, f"{FOLDER}S001/Q30_S001_{name}.csv")
     return _test(name, np.genfromtxt(path, delimiter=",", encoding="utf-8-sig"))
 
 
-def pulses() -> RealTest:
+def pulses(folder: Path) -> RealTest:
     """10 s of 2C either way, then a tenth of the charge at 1C, again and again, at 20 degC.
 
     The logger starts each step's clock anew, at times of its own; the samples are 1 s apart
     throughout, so a step back or ahead is one PERIOD_S.
     """
-    text = recording(FOLDER + PULSES).read_text(encoding="latin-1")
+    text = recording(folder, FOLDER + PULSES).read_text(encoding="latin-1")
     lines = (line.split("\t") for line in text.splitlines())
     rows = [line for line in lines if len(line) == 6 and line[0][:1].isdigit()]
     table = np.array(rows, dtype=float)
@@ -53,14 +55,14 @@ def _test(name: str, table: FloatArray) -> RealTest:
     )
 
 
-def cell() -> RealCell:
+def cell(folder: Path) -> RealCell:
     """Fitted on slow tests and pulses, judged at 2C to 4C."""
-    slow = read("C10")
+    slow = read(folder, "C10")
     baseline, source = nearest("lg_m50", slow)
     return RealCell(
         name="Samsung 30Q 3 Ah",
-        fit=(slow, read("1C"), pulses()),
-        held_out=tuple(read(name) for name in ("2C", "3C", "4C")),
+        fit=(slow, read(folder, "1C"), pulses(folder)),
+        held_out=tuple(read(folder, name) for name in ("2C", "3C", "4C")),
         baseline=baseline,
         source=source,
         published=False,

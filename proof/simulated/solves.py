@@ -9,7 +9,7 @@ import numpy as np
 import numpy.typing as npt
 import pybamm
 
-from tests.mismatch_cases.cell_truth import POINTS, TOLERANCE, CellTruth, solve
+from proof.simulated.cell_truth import POINTS, TOLERANCE, CellTruth, solve
 
 FloatArray = npt.NDArray[np.float64]
 

@@ -5,11 +5,12 @@ Recordings: P. Kollmeyer, University of Wisconsin-Madison, via fededc88/Panasoni
 
 from collections.abc import Mapping
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import numpy.typing as npt
 
-from benchmarks.real_cells.recorded import (
+from proof.recorded.measured import (
     TICK_S,
     RealCell,
     RealTest,
@@ -41,9 +42,9 @@ EDGE_S = 0.1  # the current rises and falls in that
 LATE_S, LATE_A = 0.5, 0.3  # a fall of the current that was seen so late
 
 
-def read(file: str, name: str) -> tuple[RealTest, FloatArray]:
+def read(folder: Path, file: str, name: str) -> tuple[RealTest, FloatArray]:
     """A file as it is, and its charge counter [C], both on one clock."""
-    raw = matlab(recording(FOLDER + file))
+    raw = matlab(recording(folder, FOLDER + file))
     test = RealTest(
         name=name,
         time_s=raw.Time,
@@ -55,19 +56,19 @@ def read(file: str, name: str) -> tuple[RealTest, FloatArray]:
     return on_one_clock(test), on_one_clock(counted).voltage_V
 
 
-def pulses() -> RealTest:
+def pulses(folder: Path) -> RealTest:
     """The pulses at 25 degC, with the discharges between them put back, without their voltage.
 
     Put back too: a pulse's end. After the strongest the next sample comes a second later, but the
     counter stood still meanwhile: the current had ended with the sample before.
     """
-    test, counted_C = read(PULSES, "pulses 25 degC")
+    test, counted_C = read(folder, PULSES, "pulses 25 degC")
     t, step_s = test.time_s, np.diff(test.time_s)
     hidden, late = step_s > LEFT_OUT_S, (step_s > LATE_S) & (np.diff(test.current_A) < -LATE_A)
     added: dict[int, tuple[list[float], list[float]]] = {}
-    for k in np.flatnonzero(late & ~hidden):
+    for k in np.flatnonzero(late & ~hidden).tolist():
         added[k] = [t[k] + TICK_S], [test.current_A[k + 1]]
-    for k in np.flatnonzero(hidden):
+    for k in np.flatnonzero(hidden).tolist():
         stop_s = t[k] + EDGE_S + (counted_C[k + 1] - counted_C[k]) / BETWEEN_A
         added[k] = [t[k] + EDGE_S, stop_s, stop_s + EDGE_S], [BETWEEN_A, BETWEEN_A, 0.0]
     return _with(test, added)
@@ -87,14 +88,14 @@ def _with(test: RealTest, added: Mapping[int, tuple[list[float], list[float]]]) 
     )
 
 
-def cell() -> RealCell:
+def cell(folder: Path) -> RealCell:
     """Fitted on laboratory tests at 25 degC, judged on drive cycles there and in the cold."""
-    slow = discharge_of(read(SLOW, "C/20 25 degC")[0])
+    slow = discharge_of(read(folder, SLOW, "C/20 25 degC")[0])
     baseline, source = nearest("lg_m50", slow)
     return RealCell(
         name="Panasonic NCR18650PF 2.9 Ah",
-        fit=(slow, discharge_of(read(ONE_C, "1C 25 degC")[0]), pulses()),
-        held_out=tuple(read(file, name)[0] for name, file in HELD_OUT.items()),
+        fit=(slow, discharge_of(read(folder, ONE_C, "1C 25 degC")[0]), pulses(folder)),
+        held_out=tuple(read(folder, file, name)[0] for name, file in HELD_OUT.items()),
         baseline=baseline,
         source=source,
         published=False,

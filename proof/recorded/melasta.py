@@ -3,9 +3,11 @@
 Recordings: SINTEF, via battery-data-alliance; see ../shared/battery/CATALOGUE.md.
 """
 
+from pathlib import Path
+
 import numpy as np
 
-from benchmarks.real_cells.recorded import RealCell, RealTest, nearest, recording
+from proof.recorded.measured import RealCell, RealTest, nearest, recording
 from twin.constants import ZERO_CELSIUS_K
 
 FILE = "battery/melasta_lipo/SLPBA842124HV_rate_25degC_time_repaired.csv"
@@ -13,12 +15,12 @@ STEPS = {"C/10": 4, "1C": 8, "2C": 12, "5C": 16, "9.1C": 21}
 """Test -> `step_index` of its discharge."""
 
 
-def tests() -> dict[str, RealTest]:
+def tests(folder: Path) -> dict[str, RealTest]:
     """The discharges of STEPS without their first sample, from before the current flows.
 
     Temperature: the second thermocouple, the hottest.
     """
-    raw = np.genfromtxt(recording(FILE), delimiter=",", names=True)
+    raw = np.genfromtxt(recording(folder, FILE), delimiter=",", names=True)
     out = {}
     for name, step in STEPS.items():
         rows = raw[raw["step_index"] == step]
@@ -33,9 +35,9 @@ def tests() -> dict[str, RealTest]:
     return out
 
 
-def cell() -> RealCell:
+def cell(folder: Path) -> RealCell:
     """Fitted on what a bench measures, judged at the rates of a drone."""
-    measured = tests()
+    measured = tests(folder)
     fit = tuple(measured[name] for name in ("C/10", "1C", "2C"))
     baseline, source = nearest("lipo_2200", fit[0])
     return RealCell(

@@ -1,0 +1,1 @@
+"""Truths that were measured: recordings whose revealing channel is kept from the tool."""

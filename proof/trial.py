@@ -1,0 +1,26 @@
+"""`Trial`: a question and its truth, and how both are made when they are needed."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+from proof.question import Question
+from proof.truth import Truth
+
+
+class NoTrial(Exception):
+    """A trial that cannot be made; the text says why. It is counted and shown."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Trial:
+    """One trial.
+
+    Attributes:
+        name: neutral, e.g. "trial-07"; it is the name of its folder, which the judge sees.
+        source: whose truth it is: "PyBaMM", or cell and owner of the recordings.
+        make: simulates, or reads and calibrates; raises NoTrial.
+    """
+
+    name: str
+    source: str
+    make: Callable[[], tuple[Question, Truth]]

@@ -1,0 +1,74 @@
+"""`Truth`: what is sealed, and what a verdict has to say to be right."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+FloatArray = npt.NDArray[np.float64]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Channel:
+    """Measured beside a recording and kept from the judge.
+
+    Attributes:
+        recording: name of it.
+        time_s: (n,) on its clock.
+        temperature_K: (n,) of the pack; None if it is not what is concealed.
+        cell_voltage_V: (n, cells); None likewise.
+    """
+
+    recording: str
+    time_s: FloatArray
+    temperature_K: FloatArray | None = None
+    cell_voltage_V: FloatArray | None = None
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Number:
+    """A number of a named effect whose true value is known."""
+
+    effect: str
+    name: str
+    value: float
+    unit: str
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Truth:
+    """Of one trial.
+
+    Attributes:
+        kind: of the trial, see KINDS.
+        said: what is in the data, in words.
+        verdicts: that are right: "none", "named", "unknown", "ambiguous".
+        effects: of a named verdict: for each effect that is there, the ids that are right for it.
+            One is enough; it may be among the equivalents of what was named.
+        forbidden: ids that may not be named, whatever else is.
+        strength: rms by which the twin misses the fitted recordings over what it would miss them
+            by without the effect (the noise, and its own error).
+        floor_V: that.
+        numbers: true values.
+        channels: revealed afterwards.
+        capacity_C: of the pack, measured after the recordings; None if it is not what is concealed.
+        details: anything else, for the reader.
+    """
+
+    kind: str
+    said: str
+    verdicts: tuple[str, ...]
+    effects: tuple[tuple[str, ...], ...]
+    strength: float
+    floor_V: float
+    forbidden: tuple[str, ...] = ()
+    numbers: tuple[Number, ...] = ()
+    channels: tuple[Channel, ...] = ()
+    capacity_C: float | None = None
+    details: Mapping[str, str | float] | None = None
+
+
+SIMULATED = ("control", "single", "pair", "foreign")
+RECORDED = ("real control", "temperature", "ageing", "weak cell", "fault", "transport")
+KINDS = SIMULATED + RECORDED
