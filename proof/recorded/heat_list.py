@@ -1,0 +1,88 @@
+"""The trials of temperature and transport on real cells, written down before any of them was run.
+
+Chosen by physical reasoning from what the catalogue of recordings says of rates and temperatures;
+none is left out for what came of it. What counts as right:
+
+Isothermal. The twin stays at the temperature the cell had at the start, the cell warmed by 8 to
+40 K: `self_heating`. Given are current and voltage alone.
+
+Misstated. The twin heats by its own losses, cooled as the cell was in the tests it was calibrated
+to, but is told 25 degC where start and chamber were colder (or drifted): `cold_pack`.
+
+Transport. The twin heats by its own losses. Of its numbers only windows, capacity, resistance and
+exchange currents were fitted, to a slow discharge and short pulses; diffusivities, radii, pores and
+salt are those of the cell that was started from, another make (of the LG M50: a published set whose
+diffusivity its own makers retuned). At several times the rate over minutes what such a twin lacks
+is transport: `electrolyte_transport`, `solid_diffusion_negative` or `solid_diffusion_positive`; a
+terminal voltage does not tell for certain which, so each is right.
+
+Control. A twin measured on the cell by its publisher: nothing to be named; heat above all is not
+there at a visible size in the pouch. In the phosphate cell is what no homogeneous model has.
+"""
+
+from dataclasses import dataclass
+from enum import Enum
+
+
+class Kind(Enum):
+    """Of a trial: what the twin does not have."""
+
+    ISOTHERMAL = "isothermal"
+    MISSTATED = "misstated"
+    TRANSPORT = "transport"
+    CONTROL = "control"
+    FOREIGN = "foreign control"
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Entry:
+    """One trial.
+
+    Attributes:
+        name: neutral.
+        cell: key of `heat_bases.CELLS`.
+        kind: what is concealed.
+        fitted: names of the cell's recordings that effects are fitted to.
+        held_out: and of those they are judged on; none: blocks of the fitted one.
+        told_C: start and surroundings as the twin is told [degC]; None: as they were at the start.
+    """
+
+    name: str
+    cell: str
+    kind: Kind
+    fitted: str
+    held_out: str = ""
+    told_C: float | None = None
+
+
+ISOTHERMAL, MISSTATED, TRANSPORT = Kind.ISOTHERMAL, Kind.MISSTATED, Kind.TRANSPORT
+
+ENTRIES = (
+    Entry(name="trial-h01", cell="samsung", kind=ISOTHERMAL, fitted="2C", held_out="3C"),
+    Entry(name="trial-h02", cell="samsung", kind=ISOTHERMAL, fitted="3C", held_out="4C"),
+    Entry(name="trial-h03", cell="samsung_2", kind=ISOTHERMAL, fitted="2C", held_out="3C"),
+    Entry(name="trial-h04", cell="samsung_2", kind=ISOTHERMAL, fitted="3C", held_out="4C"),
+    Entry(name="trial-h05", cell="lg_m50", kind=ISOTHERMAL, fitted="1C 25 degC",
+          held_out="2C 25 degC"),
+    Entry(name="trial-h06", cell="lg_m50", kind=ISOTHERMAL, fitted="1C 0 degC",
+          held_out="2C 0 degC"),
+    Entry(name="trial-h07", cell="lg_m50", kind=ISOTHERMAL, fitted="1C 10 degC",
+          held_out="2C 10 degC"),
+    Entry(name="trial-h08", cell="lg_m50", kind=MISSTATED, fitted="0.5C 10 degC",
+          held_out="1C 10 degC", told_C=25.0),
+    Entry(name="trial-h09", cell="panasonic", kind=ISOTHERMAL, fitted="US06 25 degC"),
+    Entry(name="trial-h10", cell="panasonic", kind=ISOTHERMAL, fitted="US06 10 degC"),
+    Entry(name="trial-h11", cell="panasonic", kind=MISSTATED, fitted="US06 10 degC", told_C=25.0),
+    Entry(name="trial-h12", cell="panasonic", kind=MISSTATED, fitted="US06 -20 degC", told_C=25.0),
+    Entry(name="trial-h13", cell="panasonic", kind=MISSTATED,
+          fitted="mixed cycle, chamber 10 to 23 degC", told_C=25.0),
+    Entry(name="trial-h14", cell="melasta", kind=ISOTHERMAL, fitted="5C", held_out="9.1C"),
+    Entry(name="trial-h15", cell="leaf", kind=ISOTHERMAL, fitted="2C", held_out="3C"),
+    Entry(name="trial-h16", cell="samsung_slow", kind=TRANSPORT, fitted="2C", held_out="3C"),
+    Entry(name="trial-h17", cell="lg_m50_slow", kind=TRANSPORT, fitted="1C 25 degC",
+          held_out="2C 25 degC"),
+    Entry(name="trial-h18", cell="panasonic_slow", kind=TRANSPORT, fitted="US06 25 degC"),
+    Entry(name="trial-h19", cell="nmc", kind=Kind.CONTROL, fitted="1C", held_out="2C"),
+    Entry(name="trial-h20", cell="nmc", kind=Kind.CONTROL, fitted="2C", held_out="drive cycle"),
+    Entry(name="trial-h21", cell="lfp", kind=Kind.FOREIGN, fitted="1C", held_out="2C"),
+)  # fmt: skip
