@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from proof.simulated.numbers import true_value
 from tests.mismatch_cases.case import Case
 
 MOST_EQUIVALENT = 3
@@ -15,35 +16,6 @@ NEAR_FLOOR = 1.5  # of the noise, held out
 BINS = (0.0, 0.5, 0.8, 0.9, 0.95, 0.99, 1.001)  # of probabilities
 WITHIN = 2.0  # stated deviations
 OUTCOMES = ("right", "part", "wrong", "ambiguous", "unknown", "none")
-
-
-def true_value(effect: str, size: float, flavour: int) -> tuple[str, float] | None:
-    """The number of the twin's effect that is the truth of `tests/mismatch_cases/effects.py`.
-
-    None where it depends on more than the size.
-    """
-    sign = -1.0 if flavour % 2 else 1.0
-    factor = float(np.exp(-size))
-    known = {
-        "self_heating": ("heat_transfer_W_m2_K", 12.0 / size),
-        "cold_pack": ("start_offset_K", size if flavour % 4 == 3 else -size),
-        "solid_diffusion_negative": ("diffusivity_factor", factor),
-        "solid_diffusion_positive": ("diffusivity_factor", factor),
-        "lithium_inventory_loss": ("lost", size),
-        "active_material_loss_negative": ("lost", size),
-        "active_material_loss_positive": ("lost", size),
-        "film_resistance": ("negative_ohm_m2", size),
-        "series_resistance": ("resistance_ohm", size),
-        "initial_soc": ("offset", -sign * size),
-        "current_gain": ("gain", 1.0 / (1.0 + sign * size)),
-        "current_offset": ("offset_A", -sign * size),
-        "sensor_lag": ("lag_s", size),
-        "clock_shift": ("shift_s", sign * size),
-        "voltage_gain": ("gain", 1.0 + sign * size),
-        "leakage": ("current_A", size),
-        "plating_stripping": ("initial_mol_m3", size),
-    }
-    return known.get(effect)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

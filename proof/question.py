@@ -104,7 +104,7 @@ class Question:
         capacity_C = pack.capacity_C or pack.parallel * pack.cell.nominal_capacity_C
         heating = [e for e in pack.effects if isinstance(e, SelfHeating)]
         others = [e for e in pack.effects if not isinstance(e, SelfHeating)]
-        transfer = {"heat_transfer_W_m2_K": e.heat_transfer_W_m2_K for e in heating}
+        transfer = [("heat_transfer_W_m2_K", e.heat_transfer_W_m2_K) for e in heating]
         return toml_text(
             {
                 "pack": {
@@ -118,7 +118,7 @@ class Question:
                     "soc": pack.initial_soc,
                     "temperature_c": pack.initial_K - ZERO_CELSIUS_K,
                 },
-                "environment": {"ambient_c": self.ambient_K - ZERO_CELSIUS_K} | transfer,
+                "environment": {"ambient_c": self.ambient_K - ZERO_CELSIUS_K} | dict(transfer),
                 "twin": {"physics": [e.id for e in pack.effects]},
                 "effects": {e.id: asdict(e) for e in others},
             }

@@ -46,6 +46,7 @@ class Truth:
         verdicts: that are right: "none", "named", "unknown", "ambiguous".
         effects: of a named verdict: for each effect that is there, the ids that are right for it.
             One is enough; it may be among the equivalents of what was named.
+        also: ids that may be named beside, since they come with it (resistance with age).
         forbidden: ids that may not be named, whatever else is.
         strength: rms by which the twin misses the fitted recordings over what it would miss them
             by without the effect (the noise, and its own error).
@@ -62,6 +63,7 @@ class Truth:
     effects: tuple[tuple[str, ...], ...]
     strength: float
     floor_V: float
+    also: tuple[str, ...] = ()
     forbidden: tuple[str, ...] = ()
     numbers: tuple[Number, ...] = ()
     channels: tuple[Channel, ...] = ()

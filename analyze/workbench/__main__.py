@@ -1,79 +1,12 @@
 """`twin`: the workbench of the electrochemical twin."""
 
-import math
-from collections.abc import Callable
 from pathlib import Path
 
 import click
 
 from analyze.interrupt import held, leave_with
+from analyze.workbench.options import BATTERY, BETWEEN, CELSIUS, AnyFile, numbers, out, shared
 from analyze.workbench.regime import regime_options
-
-CELSIUS = -73.0, 126.0  # what a pack may have: 200 to 400 K
-AnyFile = click.Path(exists=True, dir_okay=False, path_type=Path)
-
-
-def numbers(
-    above: float, most: float = math.inf
-) -> Callable[[click.Context, click.Parameter, str | None], object]:
-    """What reads `"0.5,1"` as (0.5, 1.0), each finite and within the bounds."""
-    bounds = f"above {above:g}" + (f", {most:g} at most," if most < math.inf else "")
-
-    def read(
-        ctx: click.Context, param: click.Parameter, text: str | None
-    ) -> tuple[float, ...] | None:
-        if text is None:
-            return None
-        try:
-            found = tuple(float(part) for part in text.split(","))
-        except ValueError:
-            found = ()
-        if not found or not all(above < n <= most and n < math.inf for n in found):
-            raise click.BadParameter(
-                f"{text!r}: expected numbers {bounds} with commas between them", ctx, param
-            )
-        return found
-
-    return read
-
-
-def shared(command: Callable[..., None]) -> Callable[..., None]:
-    """The options that say what is drawn from which pack."""
-    options = (
-        click.option(
-            "--pack", type=AnyFile, required=True, help="The pack, as pack.toml describes it."
-        ),
-        click.option(
-            "--between",
-            type=click.Choice(["linear", "hold"]),
-            default="linear",
-            show_default=True,
-            help="How the current of a CSV runs between rows: straight (a sensor), or held "
-            "(programmed steps).",
-        ),
-        click.option(
-            "--sensor",
-            type=AnyFile,
-            help="Recording of a separate current sensor, for a log. By itself a file beside the "
-            "log is found: flight.ulg takes flight.sensor.csv or flight.csv.",
-        ),
-        click.option(
-            "--battery",
-            type=click.IntRange(min=0),
-            metavar="N",
-            help="Which battery of a log, counted from 0; by itself the one that carries the "
-            "flight.",
-        ),
-    )
-    for option in reversed(options):
-        command = option(command)
-    return command
-
-
-def out(what: str) -> Callable[[Callable[..., None]], Callable[..., None]]:
-    """The option that says where the results go, and `what` becomes of earlier ones there."""
-    kind = click.Path(path_type=Path)
-    return click.option("--out", type=kind, required=True, help=f"Folder of the results; {what}")
 
 
 @click.group(context_settings={"help_option_names": ["-h", "--help"]})
@@ -307,20 +240,8 @@ def calibrate(**options: object) -> None:
     help="The twin's own error, rms of the pack's voltage in tests it was not fitted to: less than "
     "that is not to be explained. By itself that of its numerics.",
 )
-@click.option(
-    "--between",
-    type=click.Choice(["linear", "hold"]),
-    default="linear",
-    show_default=True,
-    help="How the current of a CSV runs between rows: straight (a sensor), or held (programmed "
-    "steps).",
-)
-@click.option(
-    "--battery",
-    type=click.IntRange(min=0),
-    metavar="N",
-    help="Which battery of a log, counted from 0; by itself the one that carries the flight.",
-)
+@BETWEEN
+@BATTERY
 def explain(**options: object) -> None:
     """Say where recordings of a pack and its twin differ, and what was left out.
 
@@ -335,6 +256,77 @@ def explain(**options: object) -> None:
     def command() -> int:
         with held():
             from analyze.workbench.explain import Request, run  # late, as above
+        return run(Request(**options))  # type: ignore[arg-type]
+
+    leave_with(command)
+
+
+@main.command()
+@click.option(
+    "--out",
+    type=click.Path(path_type=Path),
+    default=Path("proven"),
+    show_default=True,
+    help="Folder of the results; what an earlier call left there is replaced, but for the answers "
+    "of the other simulator and the calibrated cells, which are used again.",
+)
+@click.option(
+    "--seed",
+    type=click.IntRange(min=0),
+    metavar="N",
+    help="Which effects, strengths, packs and flights are drawn; by itself one that nobody knows "
+    "beforehand. The same seed, the same trials.",
+)
+@click.option(
+    "--trials",
+    type=click.IntRange(min=0, max=10_000),
+    metavar="M",
+    default=60,
+    show_default=True,
+    help="How many truths are simulated, by PyBaMM: one in six without an effect, one in ten each "
+    "with two, and with one that the tool does not know.",
+)
+@click.option(
+    "--recordings",
+    type=click.Path(exists=True, file_okay=False, path_type=Path),
+    metavar="DIR",
+    help="Folder with the public recordings (battery/ and flights/); trials on real cells are made "
+    "of those that are there.",
+)
+@click.option(
+    "--jobs",
+    type=click.IntRange(min=1),
+    metavar="N",
+    help="Trials at once; by itself one a processor.",
+)
+@click.option(
+    "--check",
+    type=click.Path(exists=True, file_okay=False, path_type=Path),
+    metavar="DIR",
+    help="Do nothing but check a proof: every file against the ledger, and that each verdict came "
+    "before its truth was opened.",
+)
+def prove(**options: object) -> None:
+    """Put effects into data, conceal them, ask `twin explain`, and open the truth afterwards.
+
+    Each truth is simulated by PyBaMM (with an effect drawn from the seed, none, or one that the
+    tool does not know) or is a measured channel of a real recording that is kept from the tool. It
+    is sealed, the verdict is written, then it is opened; ledger.jsonl has the hashes in that order.
+    Beside each named effect stand a refit of the twin without new physics, a correction of the
+    voltage without physics, and an effect drawn by chance. 60 trials take about 45 minutes on two
+    processors. Needs the extra: pip install 'drone-battery-health[proof]'.
+
+    Writes proof.html, proof.json, ledger.jsonl, and a folder a trial: what was asked, the verdict,
+    the truth.
+
+    The exit code is 0 if every trial was judged, whatever the verdicts; 1 if some could not be (or
+    if --check finds something), 2 if an option cannot be used, 130 after Ctrl-C (the trials at work
+    are finished, what was judged is opened and shown).
+    """
+
+    def command() -> int:
+        with held():
+            from analyze.workbench.prove import Request, run  # late, as above
         return run(Request(**options))  # type: ignore[arg-type]
 
     leave_with(command)

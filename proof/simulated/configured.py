@@ -1,5 +1,6 @@
 """The twin as configured: all that an engine is told of the pack."""
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -12,6 +13,10 @@ from twin.pack import Pack
 from twin.simulate import simulate
 
 FloatArray = npt.NDArray[np.float64]
+
+END_SOC: Mapping[str, tuple[float, float]] = {"lipo_2200": (0.15, 0.30), "lg_m50": (0.47, 0.51)}
+"""Least and most after a flight. This airframe cannot empty the M50 pack in six minutes, and at the
+current that could, meshes on either side that are not very fine miss a millivolt."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

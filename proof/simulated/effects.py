@@ -245,3 +245,27 @@ FOREIGN: Mapping[str, Effect] = {
 """Effects that the library does not have and cannot put together."""
 
 ALL: Mapping[str, Effect] = {**LIBRARY, **FOREIGN}
+
+PAIRS = (
+    ("cold_pack", "series_resistance"),
+    ("cold_pack", "initial_soc"),
+    ("self_heating", "series_resistance"),
+    ("self_heating", "current_gain"),
+    ("initial_soc", "series_resistance"),
+    ("initial_soc", "current_gain"),
+    ("weak_cell", "cold_pack"),
+    ("weak_cell", "current_offset"),
+    ("lithium_inventory_loss", "film_resistance"),
+    ("lithium_inventory_loss", "series_resistance"),
+    ("active_material_loss_negative", "film_resistance"),
+    ("active_material_loss_positive", "reaction_kinetics"),
+    ("electrolyte_transport", "initial_soc"),
+    ("solid_diffusion_negative", "series_resistance"),
+    ("solid_diffusion_positive", "voltage_gain"),
+    ("reaction_kinetics", "clock_shift"),
+    ("sensor_lag", "series_resistance"),
+    ("ocv_hysteresis", "cold_pack"),
+    ("plating_stripping", "cold_pack"),
+    ("leakage", "series_resistance"),
+)
+"""What comes together in packs, or looks alike: old and cold, a start and a sensor that are off."""

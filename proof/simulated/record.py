@@ -1,13 +1,13 @@
 """From what instruments without noise would show to what was recorded."""
 
 from collections.abc import Callable, Mapping
+from dataclasses import dataclass
 
 import numpy as np
 import numpy.typing as npt
 
 from proof.simulated.pack_truth import Flown
 from proof.simulated.strength import NOISE_V
-from tests.mismatch_cases.case import Concealed, Recording
 
 FloatArray = npt.NDArray[np.float64]
 BoolArray = npt.NDArray[np.bool_]
@@ -16,6 +16,40 @@ NOISE_A = 0.08
 STEPS_V = (0.010, 0.025)  # least and most of a quantised voltage
 GAPS = 3
 GAP_S = (4.0, 15.0)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Recording:
+    """One flight as it was recorded.
+
+    Attributes:
+        time_s: (n,) samples.
+        current_A: (n,) discharge positive, of the pack.
+        voltage_V: (n,) of the pack.
+        motion: (n,) names of `segment.segment.Motion`.
+    """
+
+    time_s: FloatArray
+    current_A: FloatArray
+    voltage_V: FloatArray
+    motion: npt.NDArray[np.str_]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Concealed:
+    """What nobody recorded, at the times of the recording.
+
+    Attributes:
+        temperature_K: (n,) of the cells (all but the weak one, where there is one).
+        cells_V: (series, n) of each cell.
+        current_A: (n,) truly drawn through the sensor.
+        clean_V: (n,) what the voltage recorder would have shown without noise and rounding.
+    """
+
+    temperature_K: FloatArray
+    cells_V: FloatArray
+    current_A: FloatArray
+    clean_V: FloatArray
 
 
 def _all(time_s: FloatArray, rng: np.random.Generator) -> BoolArray:
@@ -46,11 +80,13 @@ KEPT: Mapping[str, Callable[[FloatArray, np.random.Generator], BoolArray]] = {
 cuts the current off at three quarters of its highest."""
 
 
-def record(flown: Flown, variant: str, rng: np.random.Generator) -> tuple[Recording, Concealed]:
+def record(
+    flown: Flown, variant: str, rng: np.random.Generator, *, noise_V: float = NOISE_V
+) -> tuple[Recording, Concealed]:
     """With noise; every random number from `rng`."""
     seen = flown.recorded
     n = seen.time_s.size
-    voltage_V = seen.voltage_V + NOISE_V * rng.standard_normal(n)
+    voltage_V = seen.voltage_V + noise_V * rng.standard_normal(n)
     current_A = seen.current_A + NOISE_A * rng.standard_normal(n)
     kept = KEPT[variant](seen.time_s, rng)
     if variant == "quantised":

@@ -33,8 +33,10 @@ def size_for(  # noqa: PLR0913
     flight: TrueFlight,
     target_V: float,
     solves: Solves,
+    *,
+    close: float = CLOSE,
 ) -> float:
-    """Size of `effect` at which the twin misses this flight by `target_V`.
+    """Size of `effect` at which the twin misses this flight by `target_V`, within `close`.
 
     OutOfReachError if no physical size does.
     """
@@ -47,7 +49,7 @@ def size_for(  # noqa: PLR0913
         except OutOfReachError:
             return float("inf")
 
-    size = found(missed, target_V, effect.guess, (effect.least, effect.most))
+    size = found(missed, target_V, effect.guess, (effect.least, effect.most), close=close)
     if size is None:
         raise OutOfReachError(
             f"{effect.id}: no size from {effect.least} to {effect.most} ({effect.meaning}) gives "
@@ -57,9 +59,10 @@ def size_for(  # noqa: PLR0913
 
 
 def found(
-    f: Callable[[float], float], target: float, guess: float, bounds: tuple[float, float]
-) -> float | None:
-    """Where the growing function f is within CLOSE of `target`: secants in logarithms.
+    f: Callable[[float], float], target: float, guess: float, bounds: tuple[float, float],
+    *, close: float = CLOSE,
+) -> float | None:  # fmt: skip
+    """Where the growing function f is within `close` of `target`: secants in logarithms.
 
     f is about a power law; infinite where a size is too large to be tried. None if not reached.
     """
@@ -70,7 +73,7 @@ def found(
         value = f(exp(x))
         if isfinite(value):
             y = log(max(value, 1e-9) / target)
-            if abs(y) < CLOSE:
+            if abs(y) < close:
                 return exp(x)
             seen.append((x, y))
             if (y < 0 and x == most) or (y > 0 and x == least):

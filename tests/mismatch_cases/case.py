@@ -9,43 +9,8 @@ import numpy as np
 import numpy.typing as npt
 
 from proof.simulated.configured import Configured
+from proof.simulated.record import Concealed, Recording
 from proof.simulated.solves import write_npz
-
-FloatArray = npt.NDArray[np.float64]
-
-
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class Recording:
-    """One flight as it was recorded.
-
-    Attributes:
-        time_s: (n,) samples.
-        current_A: (n,) discharge positive, of the pack.
-        voltage_V: (n,) of the pack.
-        motion: (n,) names of `segment.segment.Motion`.
-    """
-
-    time_s: FloatArray
-    current_A: FloatArray
-    voltage_V: FloatArray
-    motion: npt.NDArray[np.str_]
-
-
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class Concealed:
-    """What nobody recorded, at the times of the recording.
-
-    Attributes:
-        temperature_K: (n,) of the cells (all but the weak one, where there is one).
-        cells_V: (series, n) of each cell.
-        current_A: (n,) truly drawn through the sensor.
-        clean_V: (n,) what the voltage recorder would have shown without noise and rounding.
-    """
-
-    temperature_K: FloatArray
-    cells_V: FloatArray
-    current_A: FloatArray
-    clean_V: FloatArray
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)

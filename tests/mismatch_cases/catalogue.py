@@ -5,8 +5,8 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from itertools import product
 
-from proof.simulated.configured import Configured
-from proof.simulated.effects import FOREIGN, LIBRARY
+from proof.simulated.configured import END_SOC, Configured
+from proof.simulated.effects import FOREIGN, LIBRARY, PAIRS
 
 ROOM_K = 298.15
 LIPO = (  # at rest one of these, by plan
@@ -27,10 +27,6 @@ HEATED = Configured(
 M50 = Configured(
     cell="lg_m50", series=4, parallel=3, start_soc=0.6, start_K=ROOM_K, ambient_K=ROOM_K
 )
-END_SOC: Mapping[str, tuple[float, float]] = {"lipo_2200": (0.15, 0.30), "lg_m50": (0.47, 0.51)}
-"""Least and most after a flight. This airframe cannot empty the M50 pack in six minutes, and at the
-current that could, meshes on either side that are not very fine miss a millivolt."""
-
 PLANS: Mapping[str, tuple[str, str, str]] = {
     "tune": ("hover", "vertical", "mixed"),
     "report": ("cruise", "vertical", "mixed"),
@@ -38,28 +34,6 @@ PLANS: Mapping[str, tuple[str, str, str]] = {
 FIRST_SEED: Mapping[str, int] = {"tune": 1000, "report": 5000}  # of flights and noise
 POOL = 6  # flights of a plan; the first of a case is one of the first two
 
-PAIRS = (
-    ("cold_pack", "series_resistance"),
-    ("cold_pack", "initial_soc"),
-    ("self_heating", "series_resistance"),
-    ("self_heating", "current_gain"),
-    ("initial_soc", "series_resistance"),
-    ("initial_soc", "current_gain"),
-    ("weak_cell", "cold_pack"),
-    ("weak_cell", "current_offset"),
-    ("lithium_inventory_loss", "film_resistance"),
-    ("lithium_inventory_loss", "series_resistance"),
-    ("active_material_loss_negative", "film_resistance"),
-    ("active_material_loss_positive", "reaction_kinetics"),
-    ("electrolyte_transport", "initial_soc"),
-    ("solid_diffusion_negative", "series_resistance"),
-    ("solid_diffusion_positive", "voltage_gain"),
-    ("reaction_kinetics", "clock_shift"),
-    ("sensor_lag", "series_resistance"),
-    ("ocv_hysteresis", "cold_pack"),
-    ("plating_stripping", "cold_pack"),
-    ("leakage", "series_resistance"),
-)
 POOR = ("gaps", "1hz", "saturated")
 """Recordings that a twin misses though it is right: by current that was not recorded. What is to be
 seen there is less confidence or a refusal, so they are no controls."""

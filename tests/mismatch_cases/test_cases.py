@@ -9,14 +9,14 @@ import pytest
 pybamm = pytest.importorskip("pybamm", reason="PyBaMM makes the truth of these cases")
 
 from proof.simulated.cell_truth import SIDES, CellTruth  # noqa: E402
-from proof.simulated.effects import ALL, FOREIGN, LIBRARY  # noqa: E402
+from proof.simulated.effects import ALL, FOREIGN, LIBRARY, PAIRS  # noqa: E402
 from proof.simulated.faults import FAULTS, Traces  # noqa: E402
 from proof.simulated.flights import TrueFlight, true_flight  # noqa: E402
 from proof.simulated.pack_truth import PackTruth, fly  # noqa: E402
 from proof.simulated.solves import OutOfReachError, Solves  # noqa: E402
 from proof.simulated.strength import NOISE_V, STRENGTHS, found  # noqa: E402
 from tests.mismatch_cases.case import Case, load_question  # noqa: E402
-from tests.mismatch_cases.catalogue import LIPO, PAIRS, PLANS, Spec, specs  # noqa: E402
+from tests.mismatch_cases.catalogue import LIPO, PLANS, Spec, specs  # noqa: E402
 from tests.mismatch_cases.make import make_case  # noqa: E402
 
 CONTRACT = {

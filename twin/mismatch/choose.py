@@ -148,13 +148,19 @@ class _Looked:
                 self._extended(promise)
 
     def in_place(self) -> None:
-        """Of the best combination: is one of its effects not needed, would another do as well?"""
-        best = _judged(self.done.values())[0].fitted
-        for rest in combinations(best.problem.hypotheses, max(len(best.ids) - 1, 0)):
-            base = self._fitted(rest, best)
-            for promise in self._promises_of(base, self._scale) if rest else ():
-                if promise.left < _squares(best) + SLACK * self._scale:
-                    self._extended(promise)
+        """Of the best combination: is one of its effects not needed, would another do as well?
+
+        Asked again of a better one that this finds.
+        """
+        asked: set[tuple[str, ...]] = set()
+        while (best := _judged(self.done.values())[0].fitted).ids not in asked:
+            asked.add(best.ids)
+            for rest in combinations(best.problem.hypotheses, max(len(best.ids) - 1, 0)):
+                base = self._fitted(rest, best)
+                promises = self._promises_of(base, self._scale) if rest else []
+                for promise in sorted(promises, key=lambda p: p.left)[:TRIED]:
+                    if self._may_win(promise, choosy=True):
+                        self._extended(promise)
 
     def _fitted(self, chosen: Sequence[Hypothesis], base: Fitted | None = None) -> Fitted:
         ids = tuple(sorted(h.id for h in chosen))

@@ -69,10 +69,23 @@ def decide(models: Sequence[Model], scale: float, noise_V: float) -> Decision:
 
 
 def _simplest(models: Sequence[Model]) -> Model:
-    """The most probable, without those of its effects for which the evidence is not strong."""
+    """The most probable, without those of its effects for which the evidence is not strong.
+
+    Nor those that change the voltage by less than numerics do, where only noise is left without.
+    """
     best = models[0]
-    near = [m for m in models if best.log_evidence - m.log_evidence < ALIKE]
-    return min((m for m in near if set(m.ids) <= set(best.ids)), key=lambda m: len(m.ids))
+    near = [
+        m
+        for m in models
+        if set(m.ids) <= set(best.ids)
+        and (best.log_evidence - m.log_evidence < ALIKE or _hardly_less(m.fitted, best.fitted))
+    ]
+    return min(near, key=lambda m: len(m.ids))
+
+
+def _hardly_less(fitted: Fitted, best: Fitted) -> bool:
+    """What `best` says beyond is within the error of the numerics, and nothing else is left."""
+    return white(fitted) and _change_V(best, fitted) < NUMERICS_V * _series(best)
 
 
 def _change_V(fitted: Fitted, null: Fitted) -> float:

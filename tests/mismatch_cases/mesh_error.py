@@ -1,4 +1,4 @@
-"""What PyBaMM's own mesh and tolerance cost: `python -m proof.simulated.mesh_error [NAME...]`.
+"""What PyBaMM's own mesh and tolerance cost: `python -m tests.mismatch_cases.mesh_error [NAME...]`.
 
 The first seconds of a flight on the mesh of the cases and on one twice as fine in every direction
 at a hundredth of the tolerance, whose own error is a quarter (second order). Minutes a row.

@@ -1,0 +1,76 @@
+"""Options that several commands of `twin` have."""
+
+import math
+from collections.abc import Callable
+from pathlib import Path
+
+import click
+
+CELSIUS = -73.0, 126.0  # what a pack may have: 200 to 400 K
+AnyFile = click.Path(exists=True, dir_okay=False, path_type=Path)
+
+
+def numbers(
+    above: float, most: float = math.inf
+) -> Callable[[click.Context, click.Parameter, str | None], object]:
+    """What reads `"0.5,1"` as (0.5, 1.0), each finite and within the bounds."""
+    bounds = f"above {above:g}" + (f", {most:g} at most," if most < math.inf else "")
+
+    def read(
+        ctx: click.Context, param: click.Parameter, text: str | None
+    ) -> tuple[float, ...] | None:
+        if text is None:
+            return None
+        try:
+            found = tuple(float(part) for part in text.split(","))
+        except ValueError:
+            found = ()
+        if not found or not all(above < n <= most and n < math.inf for n in found):
+            raise click.BadParameter(
+                f"{text!r}: expected numbers {bounds} with commas between them", ctx, param
+            )
+        return found
+
+    return read
+
+
+BETWEEN = click.option(
+    "--between",
+    type=click.Choice(["linear", "hold"]),
+    default="linear",
+    show_default=True,
+    help="How the current of a CSV runs between rows: straight (a sensor), or held (programmed "
+    "steps).",
+)
+BATTERY = click.option(
+    "--battery",
+    type=click.IntRange(min=0),
+    metavar="N",
+    help="Which battery of a log, counted from 0; by itself the one that carries the flight.",
+)
+
+
+def shared(command: Callable[..., None]) -> Callable[..., None]:
+    """The options that say what is drawn from which pack."""
+    options = (
+        click.option(
+            "--pack", type=AnyFile, required=True, help="The pack, as pack.toml describes it."
+        ),
+        BETWEEN,
+        click.option(
+            "--sensor",
+            type=AnyFile,
+            help="Recording of a separate current sensor, for a log. By itself a file beside the "
+            "log is found: flight.ulg takes flight.sensor.csv or flight.csv.",
+        ),
+        BATTERY,
+    )
+    for option in reversed(options):
+        command = option(command)
+    return command
+
+
+def out(what: str) -> Callable[[Callable[..., None]], Callable[..., None]]:
+    """The option that says where the results go, and `what` becomes of earlier ones there."""
+    kind = click.Path(path_type=Path)
+    return click.option("--out", type=kind, required=True, help=f"Folder of the results; {what}")

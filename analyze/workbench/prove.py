@@ -1,0 +1,174 @@
+"""`twin prove`: trials in which the effect is in the data and concealed from the tool."""
+
+import json
+import secrets
+import shlex
+import time
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+from importlib.metadata import PackageNotFoundError
+from importlib.metadata import version as version_of
+from importlib.util import find_spec
+from os import cpu_count
+from pathlib import Path
+
+import click
+import numpy as np
+
+from analyze.checks import WrongUse, make_writable
+from analyze.interrupt import asked_to_stop
+from analyze.version import version
+from analyze.workbench.listing import print_table
+from analyze.workbench.watch import watching
+from proof.check import broken
+from proof.ledger import LedgerError
+from proof.out import proof_json
+from proof.outcome import Outcome, Proof
+from proof.run import Watch, prove
+from proof.simulated.draw import trials as simulated
+from proof.trial import Trial
+from reports.proof import proof_page
+from reports.render import render
+from twin.whole_file import write_whole
+
+NEEDED = ("pybamm", "cryptography")
+FILE, PAGE = "proof.json", "proof.html"
+SOLVES, CELLS = "solves", "cells"
+SHOWN = ("numpy", "scipy", "casadi", "pybamm", "cryptography")
+SEEDS = 10**9
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Request:
+    """The command line."""
+
+    out: Path
+    seed: int | None
+    trials: int
+    recordings: Path | None
+    jobs: int | None
+    check: Path | None
+
+
+def run(request: Request) -> int:
+    """Make, judge, open, write and tell; the exit code."""
+    if request.check is not None:
+        return _check(request.check)
+    if missing := [name for name in NEEDED if find_spec(name) is None]:
+        raise WrongUse(
+            f"{' and '.join(missing)} not installed: the truths of twin prove are made by another "
+            "simulator and sealed: pip install 'drone-battery-health[proof]'"
+        )
+    start, seed = time.perf_counter(), request.seed
+    if seed is None:
+        seed = secrets.randbelow(SEEDS)
+    make_writable(request.out)
+    trials = _trials(request, seed)
+    if not trials:
+        raise WrongUse("nothing to prove: give --trials or --recordings")
+    click.echo(f"seed     {seed}: {len(trials)} trials")
+    jobs = request.jobs or cpu_count() or 1
+    with asked_to_stop("trial") as asked, watching(3 * len(trials), "trials") as tell:
+        watch = Watch(tell=_Counted(tell, len(trials)), stop=asked)
+        done, left, head = prove(trials, request.out, jobs=jobs, watch=watch)
+        stopped = asked()
+    proof = Proof(
+        seed=seed,
+        command=_again(request, seed),
+        trials=done,
+        not_made=left,
+        versions=dict(_versions()),
+        head=head,
+        seconds=time.perf_counter() - start,
+    )
+    write_whole(request.out / FILE, json.dumps(proof_json(proof), indent=1) + "\n")
+    write_whole(request.out / PAGE, render(proof_page(proof)))
+    _tell(proof)
+    for file in (FILE, PAGE):
+        click.echo(f"written  {click.format_filename(request.out / file)}")
+    if stopped:
+        return 130
+    return 1 if left else 0
+
+
+class _Counted:
+    """Where three phases of so many trials have come to."""
+
+    PHASES = ("sealed", "judged", "opened")
+
+    def __init__(self, tell: object, total: int) -> None:
+        self._tell, self._total = tell, total
+
+    def __call__(self, phase: str, done: int, of: int, name: str) -> None:
+        assert callable(self._tell)
+        before = self.PHASES.index(phase) * self._total
+        self._tell(before + done + self._total - of, f"{phase} {name}")
+
+
+def _trials(request: Request, seed: int) -> tuple[Trial, ...]:
+    """Simulated and recorded ones together, under names that tell nothing, in random order."""
+    every = list(simulated(seed, request.trials, request.out.resolve() / SOLVES))
+    if request.recordings is not None:
+        from proof.recorded.trials import recorded  # late: it needs the calibration
+
+        every += recorded(request.recordings.resolve(), request.out.resolve() / CELLS)
+    order = np.random.default_rng([seed, 1]).permutation(len(every))
+    return tuple(
+        replace(every[int(k)], name=f"trial-{number:03d}")
+        for number, k in enumerate(order, start=1)
+    )
+
+
+def _again(request: Request, seed: int) -> str:
+    parts = ["twin", "prove", "--seed", str(seed), "--trials", str(request.trials)]
+    if request.recordings is not None:
+        parts += ["--recordings", request.recordings.name]
+    return shlex.join(parts)
+
+
+def _versions() -> Iterator[tuple[str, str]]:
+    yield "drone-battery-health", version()
+    for name in SHOWN:
+        try:
+            yield name, version_of(name)
+        except PackageNotFoundError:
+            continue
+
+
+def _tell(proof: Proof) -> None:
+    """A line a trial, what failed first."""
+    order = {o: k for k, o in enumerate((Outcome.WRONG, Outcome.MISSED, Outcome.PART))}
+    rows = [
+        (
+            t.outcome.value,
+            t.truth.kind,
+            f"{t.truth.strength:.1f}",
+            " + ".join("|".join(own) for own in t.truth.effects) or t.truth.said[:40],
+            " + ".join("|".join((n.id, *n.equivalent)) for n in t.named) or t.verdict,
+            f"{t.held_out_after_V / t.noise_V:.2f}",
+        )
+        for t in sorted(proof.trials, key=lambda t: (order.get(t.outcome, 9), t.truth.kind))
+    ]
+    print_table(("outcome", "kind", "x floor", "truth", "said", "held out, x noise"), rows)
+    for n in proof.not_made:
+        click.echo(f"not made {n.name} ({n.source}): {n.reason}", err=True)
+    right = sum(t.outcome is Outcome.RIGHT for t in proof.trials)
+    click.echo(f"right    {right} of {len(proof.trials)}, {len(proof.not_made)} not made")
+
+
+def _check(out: Path) -> int:
+    try:
+        count, found = broken(out)
+    except OSError as e:
+        raise WrongUse(f"--check: no proof in {click.format_filename(out)}: {e}") from e
+    except LedgerError as e:
+        click.echo(f"broken   {e}", err=True)
+        return 1
+    for text in found:
+        click.echo(f"broken   {text}", err=True)
+    if not found:
+        click.echo(
+            f"holds    {count} trials: every file is what the ledger says, and every verdict was "
+            "written before its truth was opened"
+        )
+    return 1 if found else 0

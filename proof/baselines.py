@@ -1,0 +1,96 @@
+"""What a sceptic asks for: would anything else have mended the voltage as well?
+
+Three, each fitted to the fitted recordings alone and judged on those held out, as the verdict is:
+numbers of the base twin without new physics; a correction of the voltage without physics; an effect
+drawn by chance with as many numbers as what was named.
+"""
+
+import zlib
+from collections.abc import Iterator, Mapping, Sequence
+from typing import Any
+
+import numpy as np
+
+from proof.correction import Answered, corrected
+from proof.outcome import Baseline
+from proof.question import Question
+from twin.mismatch import HYPOTHESES, Hypothesis
+from twin.mismatch.fit import Data, fit
+from twin.mismatch.split import split
+
+BASE = (
+    "electrolyte_transport",
+    "solid_diffusion_negative",
+    "solid_diffusion_positive",
+    "reaction_kinetics",
+    "series_resistance",
+    "initial_soc",
+    "active_material_loss_negative",
+    "active_material_loss_positive",
+    "lithium_inventory_loss",
+)
+"""Numbers that the base twin has: transport, diffusion, kinetics, resistance, and capacities with
+the start of charge. Where one of them is what is wrong, this baseline holds the truth too."""
+
+
+def baselines(question: Question, verdict: Mapping[str, Any]) -> Iterator[Baseline]:
+    """Of a verdict that names something; none of another."""
+    if verdict["verdict"] != "named":
+        return
+    data = split(
+        question.flights(question.fitted),
+        question.flights(question.held_out),
+        slow_V=question.floor_V,
+    )
+    named = [e["id"] for e in verdict["effects"]]
+    yield _fitted(data, "refit", _known(BASE), "all numbers of the base twin at once")
+    yield _corrected(data)
+    if chosen := by_chance(named, _seed(question), series=question.pack.series):
+        what = " + ".join(h.id for h in chosen)
+        yield _fitted(data, "random", chosen, what)
+
+
+def by_chance(named: Sequence[str], seed: int, *, series: int) -> tuple[Hypothesis, ...]:
+    """For each effect that was named another with as many numbers, or about as many."""
+    rng = np.random.default_rng(seed)
+    sizes = {h.id: len(h.fitted) for h in HYPOTHESES}
+    left = [h for h in HYPOTHESES if h.id not in named and (series > 1 or h.id != "weak_cell")]
+    chosen: list[Hypothesis] = []
+    for effect in named:
+        nearest = min(abs(len(h.fitted) - sizes[effect]) for h in left)
+        alike = [h for h in left if abs(len(h.fitted) - sizes[effect]) == nearest]
+        chosen.append(alike[int(rng.integers(len(alike)))])
+        left.remove(chosen[-1])
+    return tuple(chosen)
+
+
+def _known(ids: Sequence[str]) -> tuple[Hypothesis, ...]:
+    return tuple(h for h in HYPOTHESES if h.id in ids)
+
+
+def _seed(question: Question) -> int:
+    """Of the numbers of the recordings: the same question, the same draw."""
+    return zlib.crc32(question.fitted[0].voltage_V.tobytes())
+
+
+def _fitted(data: Data, name: str, chosen: Sequence[Hypothesis], what: str) -> Baseline:
+    best = fit(data, chosen)
+    return Baseline(
+        id=name,
+        what=what,
+        numbers=sum(len(h.fitted) for h in chosen),
+        held_out_V=best.held_out_rms_V(),
+    )
+
+
+def _corrected(data: Data) -> Baseline:
+    """Of the residuals of the twin as configured."""
+    found = corrected([Answered.of(flight) for flight, _ in data.fitted])
+    ahead = [Answered.of(flight) for flight, _ in data.held_out]
+    left_V = np.concatenate([own.residual_V - found.at(own) for own in ahead])
+    return Baseline(
+        id="correction",
+        what=f"sparse regression on {', '.join(found.names) or 'nothing'}",
+        numbers=len(found.names) + 1,
+        held_out_V=float(np.sqrt(np.nanmean(left_V**2))),
+    )

@@ -1,0 +1,129 @@
+"""A verdict beside the truth, after it was opened."""
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import replace
+from itertools import permutations
+from typing import Any
+
+import numpy as np
+
+from proof.outcome import Named, Opened, Outcome, Sized
+from proof.question import Question
+from proof.truth import Channel, Truth
+from twin.mismatch import HYPOTHESES, Hidden, HiddenTable, MismatchError, reveal
+from twin.pack import Pack
+
+MOST_EQUIVALENT = 3  # an effect that looks like more than so many others is not named by them
+
+
+def named_in(verdict: Mapping[str, Any]) -> tuple[Named, ...]:
+    """Effects of a verdict that names some."""
+    if verdict["verdict"] != "named":
+        return ()
+    return tuple(
+        Named(id=e["id"], probability=e["probability"], equivalent=tuple(e["equivalent"]))
+        for e in verdict["effects"]
+    )
+
+
+def outcome(truth: Truth, said: str, named: Sequence[Named]) -> Outcome:
+    """Right or not; what looks alike by the recordings counts as what it was named for."""
+    if said != "named":
+        if said in truth.verdicts:
+            return Outcome.RIGHT
+        return Outcome.MISSED if truth.kind not in CONTROLS else Outcome.WRONG
+    if "named" not in truth.verdicts or any(n.id in truth.forbidden for n in named):
+        return Outcome.WRONG
+    lists = [{n.id, *n.equivalent[:MOST_EQUIVALENT]} for n in named]
+    met, rest = _matched(truth.effects, lists)
+    if any(not own & set(truth.also) for own in rest):
+        return Outcome.WRONG
+    return Outcome.RIGHT if met == len(truth.effects) else Outcome.PART
+
+
+CONTROLS = ("control", "real control")
+NAMES = {
+    Hidden.TEMPERATURE: "temperature",
+    Hidden.WEAKEST_CELL: "weakest cell",
+    Hidden.OTHER_CELLS: "other cells",
+}
+
+
+def _matched(
+    slots: Sequence[Sequence[str]], lists: Sequence[set[str]]
+) -> tuple[int, list[set[str]]]:
+    """How many of the effects that are there have a list of their own, and the other lists."""
+    best: tuple[int, list[set[str]]] = (0, list(lists))
+    padded = [*lists, *[set[str]()] * max(0, len(slots) - len(lists))]
+    for order in permutations(padded):
+        met = [bool(own & set(slot)) for slot, own in zip(slots, order, strict=False)]
+        rest = [own for own, m in zip(order, [*met, *[False] * len(order)], strict=False) if not m]
+        if sum(met) > best[0]:
+            best = sum(met), [own for own in rest if own]
+    return best
+
+
+def adopted(pack: Pack, verdict: Mapping[str, Any]) -> Pack | None:
+    """The twin with what was named; None if nothing was."""
+    if verdict["verdict"] != "named":
+        return None
+    known = {h.id: h for h in HYPOTHESES}
+    for effect in verdict["effects"]:
+        numbers = {p["name"]: p["value"] for p in effect["parameters"]}
+        own = known[effect["id"]]
+        own = replace(own, fitted=tuple(numbers))
+        pack = own.within(pack, list(numbers.values()))
+    return pack
+
+
+def sized(truth: Truth, verdict: Mapping[str, Any]) -> tuple[Sized, ...]:
+    """Numbers whose true value is known, beside what was found."""
+    effects = verdict["effects"] if verdict["verdict"] == "named" else []
+    found = {(e["id"], p["name"]): p for e in effects for p in e["parameters"]}
+    return tuple(
+        Sized(
+            effect=n.effect,
+            name=n.name,
+            unit=n.unit,
+            true=n.value,
+            found=own["value"] if own else None,
+            std=own["std"] if own else None,
+        )
+        for n in truth.numbers
+        for own in (found.get((n.effect, n.name)),)
+    )
+
+
+def opened(question: Question, truth: Truth, better: Pack | None) -> tuple[Opened, ...]:
+    """What was concealed, beside both twins."""
+    return tuple(o for c in truth.channels for o in _opened(question, c, better))
+
+
+def _opened(question: Question, channel: Channel, better: Pack | None) -> Iterator[Opened]:
+    recordings = {r.name: r for r in (*question.fitted, *question.held_out)}
+    cells = channel.cell_voltage_V
+    table = HiddenTable(
+        name=channel.recording,
+        time_s=channel.time_s,
+        temperature_K=channel.temperature_K,
+        cell_voltage_V=np.zeros((0, channel.time_s.size)) if cells is None else cells.T,
+    )
+    load = question.load(recordings[channel.recording])
+    try:
+        found = reveal(
+            table, flight=channel.recording, load=load, configured=question.pack, adopted=better
+        )
+    except MismatchError:  # no simulation reaches it
+        return
+    for r in found:
+        yield Opened(
+            recording=channel.recording,
+            channel=NAMES[r.channel],
+            unit="K" if r.unit == "K" else "V",
+            time_s=r.time_s,
+            measured=r.measured,
+            before=r.before,
+            after=r.after,
+            rms_before=r.rms(r.before),
+            rms_after=None if r.after is None else r.rms(r.after),
+        )

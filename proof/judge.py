@@ -1,0 +1,54 @@
+"""The judge: `twin explain`, the command that everybody uses, in a process and a folder of its own.
+
+It is given the files of the question and nothing else: no seed, no truth, no name of an effect.
+"""
+
+import json
+import subprocess
+import sys
+import time
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from proof.question import Question
+
+VERDICT = "mismatch.json"
+LONGEST_S = 1800.0
+
+
+class NoVerdict(Exception):
+    """The judge did not come to one; the text says what it said."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Verdict:
+    """What was written.
+
+    Attributes:
+        content: of `mismatch.json`.
+        seconds: that it took.
+    """
+
+    content: Mapping[str, Any]
+    seconds: float
+
+
+def judge(question: Question, files: Path, out: Path) -> Verdict:
+    """The verdict on the question whose files are in `files`; NoVerdict if there is none."""
+    command = [sys.executable, "-m", "analyze.workbench", "explain", *question.options()]
+    start = time.perf_counter()
+    try:
+        done = subprocess.run(
+            [*command, "--out", str(out.resolve())],
+            cwd=files, capture_output=True, text=True, check=False, timeout=LONGEST_S,
+            start_new_session=True,
+        )  # fmt: skip
+    except subprocess.TimeoutExpired as e:
+        raise NoVerdict(f"no verdict after {LONGEST_S:.0f} s") from e
+    seconds = time.perf_counter() - start
+    if done.returncode != 0:
+        last = (done.stderr.strip() or done.stdout.strip()).splitlines()[-1:]
+        raise NoVerdict(f"exit code {done.returncode}: {''.join(last) or 'nothing was said'}")
+    return Verdict(content=json.loads((out / VERDICT).read_text()), seconds=seconds)

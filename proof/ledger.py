@@ -1,0 +1,118 @@
+"""The ledger: what was sealed, judged and opened, in that order; each entry holds the last's hash.
+
+A line of JSON an entry. Whoever changes an entry, or puts one in between, changes every hash after
+it. It tells the order, and that nothing was exchanged later; that the times are true it cannot
+tell: for that, run the trials yourself, with a seed of your own.
+"""
+
+import hashlib
+import json
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import asdict, dataclass
+from datetime import UTC, datetime
+from pathlib import Path
+from threading import Lock
+
+from proof.outcome import Stamp
+
+FIRST = "0" * 64
+EVENTS = ("sealed", "judged", "opened")
+
+
+class LedgerError(ValueError):
+    """A ledger that does not hold; the text says where."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Entry:
+    """One line.
+
+    Attributes:
+        number: from 0.
+        utc: ISO 8601.
+        event: one of EVENTS.
+        trial: name of it.
+        sha256: of the files that it is about, by name.
+        key: of what was sealed, when it is opened; else "".
+        before: hash of the entry before.
+    """
+
+    number: int
+    utc: str
+    event: str
+    trial: str
+    sha256: Mapping[str, str]
+    key: str
+    before: str
+
+    @property
+    def hash(self) -> str:
+        """SHA-256 of all of it."""
+        return hashlib.sha256(self.text.encode()).hexdigest()
+
+    @property
+    def text(self) -> str:
+        """The line."""
+        return json.dumps(asdict(self), sort_keys=True)
+
+    def stamp(self, file: str) -> Stamp:
+        """For the page, of one of its files."""
+        return Stamp(utc=self.utc, sha256=self.sha256[file], entry=self.hash)
+
+
+class Ledger:
+    """Appends to a file; threads may share it."""
+
+    def __init__(self, path: Path) -> None:
+        self._path, self._lock = path, Lock()
+        self._count, self.head = 0, FIRST
+        path.write_text("", encoding="utf-8")
+
+    def append(self, event: str, trial: str, sha256: Mapping[str, str], key: str = "") -> Entry:
+        """The entry, when it is in the file."""
+        with self._lock:
+            entry = Entry(
+                number=self._count, utc=datetime.now(UTC).isoformat(timespec="milliseconds"),
+                event=event, trial=trial, sha256=dict(sha256), key=key, before=self.head,
+            )  # fmt: skip
+            with self._path.open("a", encoding="utf-8") as stream:
+                stream.write(entry.text + "\n")
+            self._count, self.head = self._count + 1, entry.hash
+            return entry
+
+
+def read_ledger(text: str) -> tuple[Entry, ...]:
+    """Its entries; LedgerError if a line is none, the chain is broken, or the order is wrong."""
+    entries = tuple(_parsed(text))
+    before = FIRST
+    for number, entry in enumerate(entries):
+        if (entry.number, entry.before) != (number, before):
+            raise LedgerError(f"entry {number}: it does not follow from the one before it")
+        before = entry.hash
+    for trial in dict.fromkeys(e.trial for e in entries):
+        _check_order(trial, [e.event for e in entries if e.trial == trial])
+    return entries
+
+
+def _parsed(text: str) -> Iterator[Entry]:
+    for number, line in enumerate(text.splitlines()):
+        try:
+            yield Entry(**json.loads(line))
+        except (TypeError, ValueError) as e:
+            raise LedgerError(f"entry {number}: no entry of a ledger: {e}") from e
+
+
+def _check_order(trial: str, events: Sequence[str]) -> None:
+    if list(events) != list(EVENTS[: len(events)]):
+        raise LedgerError(f"{trial}: {', '.join(events)}: expected {', '.join(EVENTS)}")
+
+
+def sha256_of(content: bytes) -> str:
+    """In hexadecimal digits."""
+    return hashlib.sha256(content).hexdigest()
+
+
+def sha256_of_folder(folder: Path) -> str:
+    """Of the names and contents of its files."""
+    parts = [f"{p.name} {sha256_of(p.read_bytes())}\n" for p in sorted(folder.iterdir())]
+    return sha256_of("".join(parts).encode())

@@ -1,0 +1,209 @@
+"""All trials: first every truth is sealed, then every question judged, then every truth opened."""
+
+import multiprocessing
+import signal
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from concurrent.futures import (
+    Executor,
+    Future,
+    ProcessPoolExecutor,
+    ThreadPoolExecutor,
+    as_completed,
+)
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, TypeVar
+
+from proof.baselines import baselines
+from proof.compare import adopted, named_in, opened, outcome, sized
+from proof.judge import VERDICT, NoVerdict, Verdict, judge
+from proof.ledger import Entry, Ledger, sha256_of, sha256_of_folder
+from proof.outcome import Judged, NotMade
+from proof.question import Question
+from proof.seal import seal, truth_text, unseal
+from proof.trial import NoTrial, Trial
+from proof.truth import Truth
+from twin.whole_file import write_whole
+
+A = TypeVar("A")
+B = TypeVar("B")
+
+LEDGER, TRIALS = "ledger.jsonl", "trials"
+QUESTION, SEALED, WRITTEN, TRUTH = "question", "truth.sealed", "verdict", "truth.json"
+MOST_TASKS = 8  # of a process: PyBaMM keeps what it has seen
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Watch:
+    """Who looks on.
+
+    Attributes:
+        tell: told the phase, how many of how many are done, and the name of the last.
+        stop: whether no further trial is to be begun.
+    """
+
+    tell: Callable[[str, int, int, str], None]
+    stop: Callable[[], bool]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Sealed:
+    """A trial whose truth is sealed; `entry` is of the ledger, None before it is there."""
+
+    trial: Trial
+    question: Question
+    key: str
+    sha256: Mapping[str, str]
+    entry: Entry | None = None
+
+
+def prove(
+    trials: Sequence[Trial], out: Path, *, jobs: int, watch: Watch
+) -> tuple[tuple[Judged, ...], tuple[NotMade, ...], str]:
+    """Judged and not made, in the order of `trials`, and the hash of the ledger's last entry.
+
+    Args:
+        trials: with names that are folders of `out`/trials.
+        out: a folder that can be written.
+        jobs: so many at once.
+        watch: who looks on.
+    """
+    ledger, folder = Ledger(out / LEDGER), out / TRIALS
+    reasons: dict[str, str] = {}
+    by_name = {t.name: t for t in trials}
+
+    def seal_up(name: str, made: Sealed) -> Sealed:
+        entry = ledger.append("sealed", name, made.sha256)
+        return Sealed(
+            trial=made.trial, question=made.question, key=made.key, sha256=made.sha256, entry=entry
+        )
+
+    with _processes(jobs) as pool:
+        asked = {t.name: pool.submit(_sealed, t, folder / t.name) for t in trials}
+        made = _gathered("sealed", asked, watch, reasons)
+    sealed = {name: seal_up(name, made[name]) for name in by_name if name in made}
+
+    def judged(name: str) -> tuple[Verdict, Entry]:
+        own = folder / name
+        verdict = judge(sealed[name].question, own / QUESTION, own / WRITTEN)
+        text = (own / WRITTEN / VERDICT).read_bytes()
+        return verdict, ledger.append("judged", name, {VERDICT: sha256_of(text)})
+
+    with ThreadPoolExecutor(jobs) as threads:
+        verdicts = _gathered(
+            "judged", {n: threads.submit(judged, n) for n in sealed}, watch, reasons
+        )
+    truths = {n: _opened(ledger, folder / n, sealed[n]) for n in sealed if n in verdicts}
+    with _processes(jobs) as pool:
+        compared = {
+            n: pool.submit(_compared, sealed[n].question, truths[n][0], verdicts[n][0].content)
+            for n in truths
+        }
+        known = _gathered("opened", compared, watch, reasons)
+    done = tuple(
+        _judged(sealed[n], truths[n], verdicts[n], known[n]) for n in by_name if n in known
+    )
+    left = tuple(
+        NotMade(name=n, source=t.source, reason=reasons.get(n, "stopped before"))
+        for n, t in by_name.items()
+        if n not in known
+    )
+    return done, left, ledger.head
+
+
+def _sealed(trial: Trial, folder: Path) -> Sealed:
+    """Made and written; NoTrial if it cannot be."""
+    question, truth = trial.make()
+    files = folder / QUESTION
+    files.mkdir(parents=True, exist_ok=True)
+    question.write(files)
+    token, key = seal(truth)
+    write_whole(folder / SEALED, token)
+    hashes = {SEALED: sha256_of(token), QUESTION: sha256_of_folder(files)}
+    return Sealed(trial=trial, question=question, key=key, sha256=hashes)
+
+
+def _opened(ledger: Ledger, folder: Path, own: Sealed) -> tuple[Truth, Entry]:
+    truth = unseal((folder / SEALED).read_bytes(), own.key)
+    text = truth_text(truth)
+    write_whole(folder / TRUTH, text)
+    return truth, ledger.append(
+        "opened", own.trial.name, {TRUTH: sha256_of(text.encode())}, key=own.key
+    )
+
+
+def _compared(question: Question, truth: Truth, verdict: Mapping[str, Any]) -> dict[str, Any]:
+    """What takes time: fields of `Judged`."""
+    better = adopted(question.pack, verdict)
+    asked = truth.capacity_C is not None
+    if asked:
+        from proof.capacity import predicted_capacity_C
+    return {
+        "baselines": tuple(baselines(question, verdict)),
+        "channels": opened(question, truth, better),
+        "capacity_C": predicted_capacity_C(better or question.pack, truth) if asked else None,
+    }
+
+
+def _judged(
+    own: Sealed, truth: tuple[Truth, Entry], verdict: tuple[Verdict, Entry],
+    compared: Mapping[str, Any],
+) -> Judged:  # fmt: skip
+    assert own.entry is not None
+    content, errors = verdict[0].content, verdict[0].content["rmse_mv"]
+    named = named_in(content)
+    return Judged(
+        name=own.trial.name,
+        source=own.trial.source,
+        truth=truth[0],
+        verdict=content["verdict"],
+        named=named,
+        outcome=outcome(truth[0], content["verdict"], named),
+        noise_V=1e-3 * errors["noise_floor"],
+        held_out_before_V=1e-3 * errors["holdout_before"],
+        held_out_after_V=1e-3 * errors["holdout_after"],
+        sized=sized(truth[0], content),
+        sealed=own.entry.stamp(SEALED),
+        judged=verdict[1].stamp(VERDICT),
+        opened=truth[1].stamp(TRUTH),
+        seconds=verdict[0].seconds,
+        **compared,
+    )
+
+
+def _gathered(
+    phase: str, asked: Mapping[str, "Future[B]"], watch: Watch, reasons: dict[str, str]
+) -> dict[str, B]:
+    """Results by name; why one has none goes to `reasons`."""
+    names = {future: name for name, future in asked.items()}
+    out: dict[str, B] = {}
+    for count, future in enumerate(as_completed(names), start=1):
+        name = names[future]
+        if future.cancelled():
+            continue
+        try:
+            out[name] = future.result()
+        except (NoTrial, NoVerdict) as e:
+            reasons[name] = f"{phase}: {e}"
+        except Exception as e:  # one that fails is counted and shown, and costs no other
+            reasons[name] = f"not {phase}: {type(e).__name__}: {e}"
+        watch.tell(phase, count, len(asked), name)
+        if watch.stop():
+            for other in names:
+                other.cancel()
+    return out
+
+
+@contextmanager
+def _processes(jobs: int) -> Iterator[Executor]:
+    """Workers that leave Ctrl-C to the program they work for."""
+    context = multiprocessing.get_context("spawn")
+    with ProcessPoolExecutor(
+        jobs, mp_context=context, initializer=_deaf, max_tasks_per_child=MOST_TASKS
+    ) as pool:
+        yield pool
+
+
+def _deaf() -> None:
+    signal.signal(signal.SIGINT, signal.SIG_IGN)

@@ -1,0 +1,143 @@
+"""Trials drawn from a seed: which pack, flight, effect and strength."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from functools import partial
+from pathlib import Path
+
+import numpy as np
+
+from proof.simulated.configured import END_SOC, Configured
+from proof.simulated.effects import FOREIGN, LIBRARY, PAIRS
+from proof.simulated.flights import PLANS
+from proof.trial import Trial
+
+SHARES = {"control": 1 / 6, "foreign": 1 / 10, "pair": 1 / 10}  # the others have one effect
+BARELY = 0.15  # of single effects: between once and three times the noise
+STRENGTHS = (1.0, 3.0, 12.0)  # times the noise: borders of what is barely there and what is not
+NOISE_V = (4e-3, 12e-3)  # of the pack's voltage
+PACKS = ("lipo", "lipo", "lipo", "lipo", "lipo", "lipo", "lg_m50", "heated")
+SERIES = (3, 4, 6)
+START_SOC, START_C = (0.90, 0.99), (12.0, 35.0)
+M50_SOC = 0.6
+SECOND_FLIGHT = 1 / 3  # how often two are fitted
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Drawn:
+    """All that makes a simulated trial.
+
+    Attributes:
+        kind: of the trial.
+        effects: ids of what is in it.
+        flavours: of each.
+        multiple: of the noise by which the twin is to miss the first flight, each effect alone.
+        told: the twin as configured.
+        plan: of its flights.
+        flights: seeds of them; the last is held out.
+        noise_V: rms, of the pack's voltage.
+        seed: of the noise.
+    """
+
+    kind: str
+    effects: tuple[str, ...]
+    flavours: tuple[int, ...]
+    multiple: float
+    told: Configured
+    plan: str
+    flights: tuple[int, ...]
+    noise_V: float
+    seed: int
+
+    @property
+    def drawn(self) -> tuple[float, float]:
+        """Least and most share of the pack's charge that a flight takes."""
+        low, high = END_SOC[self.told.cell]
+        return self.told.start_soc - high, self.told.start_soc - low
+
+    def otherwise(self, attempt: int) -> "Drawn":
+        """The same effects in another way: for those that cannot be so strong in this one."""
+        if attempt == 0:
+            return self
+        rng = np.random.default_rng([self.seed, attempt])
+        low, most = STRENGTHS[0], max(self.multiple / 2, STRENGTHS[1])
+        return replace(
+            self,
+            flavours=_flavours(rng, self.effects),
+            multiple=min(self.multiple, float(rng.uniform(max(low, 0.8 * most), most))),
+            told=_told(rng, self.effects),
+        )
+
+
+def trials(seed: int, count: int, solves: Path) -> tuple[Trial, ...]:
+    """So many, in an order that tells nothing; PyBaMM's answers are kept in the folder `solves`."""
+    from proof.simulated.make import make  # late: it needs PyBaMM
+
+    return tuple(
+        Trial(name=f"trial-{k:03d}", source="PyBaMM", make=partial(make, one, solves))
+        for k, one in enumerate(draw(seed, count), start=1)
+    )
+
+
+def draw(seed: int, count: int) -> tuple[Drawn, ...]:
+    """The same for the same numbers."""
+    rng = np.random.default_rng(seed)
+    kinds = [kind for kind, share in SHARES.items() for _ in range(round(share * count))]
+    kinds += ["single"] * (count - len(kinds))
+    pools = {
+        "single": _in_turn(rng, [(e,) for e in LIBRARY], count),
+        "pair": _in_turn(rng, list(PAIRS), count),
+        "foreign": _in_turn(rng, [(e,) for e in FOREIGN], count),
+        "control": [()] * count,
+    }
+    chosen = [_one(rng, kind, pools[kind].pop()) for kind in kinds]
+    return tuple(chosen[k] for k in rng.permutation(count))
+
+
+def _in_turn(
+    rng: np.random.Generator, every: Sequence[tuple[str, ...]], count: int
+) -> list[tuple[str, ...]]:
+    """In random order, none twice before all came once."""
+    out: list[tuple[str, ...]] = []
+    while len(out) < count:
+        out += [every[k] for k in rng.permutation(len(every))]
+    return out[:count][::-1]
+
+
+def _one(rng: np.random.Generator, kind: str, effects: tuple[str, ...]) -> Drawn:
+    barely = kind == "single" and rng.random() < BARELY
+    low, high = STRENGTHS[:2] if barely else STRENGTHS[1:]
+    flights = 3 if rng.random() < SECOND_FLIGHT else 2
+    return Drawn(
+        kind=kind,
+        effects=effects,
+        flavours=_flavours(rng, effects),
+        multiple=float(low * (high / low) ** rng.random()),
+        told=_told(rng, effects),
+        plan=str(rng.choice(list(PLANS))),
+        flights=tuple(int(s) for s in rng.integers(2**31, size=flights)),
+        noise_V=float(rng.uniform(*NOISE_V)),
+        seed=int(rng.integers(2**31)),
+    )
+
+
+def _flavours(rng: np.random.Generator, effects: Sequence[str]) -> tuple[int, ...]:
+    return tuple(int(f) for f in rng.integers(12, size=len(effects)))
+
+
+def _told(rng: np.random.Generator, effects: Sequence[str]) -> Configured:
+    """A pack; its twin has no heat where heat is what is left out."""
+    kind = str(rng.choice(PACKS))
+    start_K = 273.15 + float(rng.uniform(*START_C))
+    soc = float(rng.uniform(*START_SOC))
+    heated = kind == "heated" and "self_heating" not in effects
+    m50 = kind == "lg_m50"
+    return Configured(
+        cell="lg_m50" if m50 else "lipo_2200",
+        series=int(rng.choice(SERIES)),
+        parallel=3 if m50 else 1,
+        start_soc=M50_SOC if m50 else soc,
+        start_K=start_K,
+        ambient_K=start_K,
+        heat_transfer_W_m2_K=12.0 if heated else None,
+    )

@@ -1,0 +1,29 @@
+"""The numbers of the twin's effects that are the truth of `effects.py`."""
+
+from math import exp
+
+
+def true_value(effect: str, size: float, flavour: int) -> tuple[str, float, str] | None:
+    """Name, value and unit of the twin's number; None where it depends on more than the size."""
+    sign = -1.0 if flavour % 2 else 1.0
+    factor = exp(-size)
+    known = {
+        "self_heating": ("heat_transfer_W_m2_K", 12.0 / size, "W/m2/K"),
+        "cold_pack": ("start_offset_K", size if flavour % 4 == 3 else -size, "K"),
+        "solid_diffusion_negative": ("diffusivity_factor", factor, ""),
+        "solid_diffusion_positive": ("diffusivity_factor", factor, ""),
+        "lithium_inventory_loss": ("lost", size, ""),
+        "active_material_loss_negative": ("lost", size, ""),
+        "active_material_loss_positive": ("lost", size, ""),
+        "film_resistance": ("negative_ohm_m2", size, "Ohm m2"),
+        "series_resistance": ("resistance_ohm", size, "Ohm"),
+        "initial_soc": ("offset", -sign * size, ""),
+        "current_gain": ("gain", 1.0 / (1.0 + sign * size), ""),
+        "current_offset": ("offset_A", -sign * size, "A"),
+        "sensor_lag": ("lag_s", size, "s"),
+        "clock_shift": ("shift_s", sign * size, "s"),
+        "voltage_gain": ("gain", 1.0 + sign * size, ""),
+        "leakage": ("current_A", size, "A"),
+        "plating_stripping": ("initial_mol_m3", size, "mol/m3"),
+    }
+    return known.get(effect)
