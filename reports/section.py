@@ -49,18 +49,34 @@ class Row:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Column:
-    """A column of a table; `numeric` ones are set flush right."""
+    """A column of a table.
+
+    Attributes:
+        title: with its unit.
+        numeric: set flush right.
+        whole: never broken into lines.
+    """
 
     title: str
     numeric: bool = True
+    whole: bool = False
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Cell:
-    """A cell of a table; `href` makes it a link, relative to the page."""
+    """A cell of a table.
+
+    Attributes:
+        text: of it.
+        href: makes it a link, relative to the page.
+        whole: what `text` is short for, shown when pointed at.
+        doubt: set so that it is not overlooked.
+    """
 
     text: str
     href: str = ""
+    whole: str = ""
+    doubt: bool = False
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

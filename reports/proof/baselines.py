@@ -1,0 +1,178 @@
+"""What else might have mended the voltage, judged on the same recordings."""
+
+from collections.abc import Iterable, Sequence
+from math import isfinite
+
+import numpy as np
+
+from proof.baselines import BASE
+from proof.outcome import Baseline, Judged, Outcome, Proof
+from reports.proof.spread import Method, spread
+from reports.proof.words import mV, plural
+from reports.quantity import MISSING, fixed, significant
+from reports.section import Cell, Column, Figure, Section, Table
+
+OURS = "what the tool said"
+WORDS = {
+    "refit": "base twin refitted",
+    "correction": "correction without physics",
+    "random": "effects drawn by chance",
+}
+HOW = {
+    "refit": "all numbers of the base twin at once, without new physics",
+    "correction": "a sparse regression of the residual on quantities of load and twin",
+    "random": "as many other effects as were named, with about as many numbers",
+}
+WON = (
+    Column(title="trial", numeric=False, whole=True),
+    Column(title="baseline", numeric=False),
+    Column(title="numbers fitted"),
+    Column(title="its error [mV]"),
+    Column(title="with what the tool said [mV]"),
+    Column(title="noise [mV]"),
+    Column(title="it holds the truth", numeric=False),
+    Column(title="the verdict was", numeric=False),
+)
+Win = tuple[Judged, Baseline]
+
+
+def baselines(proof: Proof) -> Section | None:
+    """A drawing, who won where, and all errors; None if nothing was compared."""
+    own = [t for t in proof.trials if t.baselines]
+    if not own:
+        return None
+    ids = present(own)
+    better = won(own)
+    return Section(
+        id="baselines",
+        title="What else would have mended it",
+        lead=(
+            "A smaller error alone shows no understanding. On the same recordings, fitted on the "
+            "same part and judged on the same held-out part: "
+            + "; ".join(f"{WORDS.get(i, i)} ({_what(own, i)})" for i in ids)
+            + ". Only trials in which something was named have baselines.",
+            "Where what was left out is one of the base twin's own numbers, the refit holds the "
+            "truth too, among others: it can be as good.",
+            *_said(own, better),
+        ),
+        figures=(_figure(own),),
+        tables=(*_won_table(better), _table(own, ids)),
+        notes=("The tick of a row is its median.",),
+    )
+
+
+def present(own: Iterable[Judged]) -> list[str]:
+    """Ids of baselines, the known ones first."""
+    ids = {b.id for t in own for b in t.baselines}
+    return [i for i in WORDS if i in ids] + sorted(ids - set(WORDS))
+
+
+def won(trials: Iterable[Judged]) -> tuple[Win, ...]:
+    """Baselines whose held-out error is the smaller one, by however little."""
+    return tuple((t, b) for t in trials for b in t.baselines if b.held_out_V < t.held_out_after_V)
+
+
+def holds_truth(t: Judged, b: Baseline) -> bool:
+    """All that is there is among the numbers that a refit of the base twin has."""
+    slots = t.truth.effects
+    return b.id == "refit" and bool(slots) and all(set(alike) & set(BASE) for alike in slots)
+
+
+def methods(own: Sequence[Judged]) -> tuple[Method, ...]:
+    """The tool and each baseline, as they are drawn: errors over noise."""
+    out = [Method(name=OURS, ours=True, points=_points((t, t.held_out_after_V) for t in own))]
+    for i in present(own):
+        errors = ((t, b.held_out_V) for t in own for b in t.baselines if b.id == i)
+        out.append(Method(name=WORDS.get(i, i), ours=False, points=_points(errors)))
+    return tuple(out)
+
+
+def _points(errors: Iterable[tuple[Judged, float]]) -> tuple[tuple[float, Judged], ...]:
+    """Errors over noise that can be drawn on a logarithmic scale."""
+    return tuple(
+        (error_V / t.noise_V, t)
+        for t, error_V in errors
+        if t.noise_V > 0 and isfinite(error_V) and error_V > 0
+    )
+
+
+def _what(own: Sequence[Judged], of: str) -> str:
+    """How it is described, and how many numbers it fits."""
+    those = [b for t in own for b in t.baselines if b.id == of]
+    least, most = min(b.numbers for b in those), max(b.numbers for b in those)
+    numbers = plural(most, "number") if least == most else f"{least} to {most} numbers"
+    return f"{HOW.get(of, those[0].what)}; {numbers}"
+
+
+def _said(own: Sequence[Judged], better: tuple[Win, ...]) -> tuple[str, ...]:
+    """Who won how often, in words."""
+    parts = []
+    for i in present(own):
+        of = sum(any(b.id == i for b in t.baselines) for t in own)
+        wins = [(t, b) for t, b in better if b.id == i]
+        right = sum(t.outcome is Outcome.RIGHT for t, _ in wins)
+        part = f"{WORDS.get(i, i)} in {len(wins)} of {plural(of, 'trial')}"
+        parts.append(f"{part} (in {right} of them the verdict was right)" if wins else part)
+    return (f"Better on what was held out than what the tool said: {'; '.join(parts)}.",)
+
+
+def _figure(own: Sequence[Judged]) -> Figure:
+    drawn = methods(own)
+    medians = [
+        f"{m.name} {significant(float(np.median([x for x, _ in m.points])), 2)} × noise"
+        for m in drawn
+        if m.points
+    ]
+    return Figure(
+        caption=f"Error on what was held out. Medians: {'; '.join(medians)}.",
+        description=f"Held-out errors over noise, a row a method. Medians: {'; '.join(medians)}.",
+        svg=spread(drawn, "baselines"),
+    )
+
+
+def _won_table(better: tuple[Win, ...]) -> tuple[Table, ...]:
+    if not better:
+        return ()
+    rows = tuple(
+        (
+            Cell(text=t.name), Cell(text=f"{WORDS.get(b.id, b.id)}: {b.what}"),
+            Cell(text=str(b.numbers)), Cell(text=mV(b.held_out_V)),
+            Cell(text=mV(t.held_out_after_V)), Cell(text=mV(t.noise_V)),
+            Cell(text="yes" if holds_truth(t, b) else "no"),
+            Cell(text=t.outcome.value, doubt=t.outcome is not Outcome.RIGHT),
+        )
+        for t, b in better
+    )  # fmt: skip
+    return (Table(caption="Where a baseline won", columns=WON, rows=rows),)
+
+
+def _table(own: Sequence[Judged], ids: Sequence[str]) -> Table:
+    columns = (
+        Column(title="trial", numeric=False, whole=True),
+        Column(title="outcome", numeric=False),
+        *(Column(title=f"{title} [mV]") for title in (OURS, *(WORDS.get(i, i) for i in ids))),
+        Column(title="noise [mV]"),
+    )
+    return Table(
+        caption="Error of each on what was held out, rms",
+        columns=columns,
+        rows=tuple(_row(t, ids) for t in own),
+        folded=True,
+    )
+
+
+def _row(t: Judged, ids: Sequence[str]) -> tuple[Cell, ...]:
+    errors = {b.id: b.held_out_V for b in t.baselines}
+    cells = (
+        Cell(text=mV(errors[i]), doubt=errors[i] < t.held_out_after_V)
+        if i in errors
+        else Cell(text=MISSING)
+        for i in ids
+    )
+    return (
+        Cell(text=t.name),
+        Cell(text=t.outcome.value, doubt=t.outcome is not Outcome.RIGHT),
+        Cell(text=mV(t.held_out_after_V)),
+        *cells,
+        Cell(text=fixed(1e3 * t.noise_V, 1)),
+    )

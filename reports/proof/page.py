@@ -1,0 +1,50 @@
+"""`proof_page`: the sections in their order, failures first."""
+
+from proof.outcome import Proof
+from reports.page import Page
+from reports.proof.baselines import baselines
+from reports.proof.channels import channels
+from reports.proof.confusion import confusion
+from reports.proof.failed import failed
+from reports.proof.protocol import protocol
+from reports.proof.sizes import sizes
+from reports.proof.summary import summary
+from reports.proof.trials import trials
+from reports.quantity import minutes
+from reports.section import Row, Section
+
+
+def proof_page(proof: Proof, version: str) -> Page:
+    """The page of one run; `version` is the program's."""
+    made = (
+        summary(proof),
+        failed(proof),
+        protocol(proof),
+        trials(proof),
+        confusion(proof),
+        baselines(proof),
+        sizes(proof),
+        channels(proof),
+        provenance(proof),
+    )
+    return Page(
+        title="Proof on concealed data",
+        subtitle="Effects that are in the data and kept from the tool, and what it said of them",
+        sections=tuple(section for section in made if section is not None),
+        version=version,
+    )
+
+
+def provenance(proof: Proof) -> Section:
+    """From what, and how."""
+    return Section(
+        id="provenance",
+        title="Where this comes from",
+        rows=(
+            Row(label="Seed", value=str(proof.seed), note="effects and sizes were drawn from it"),
+            Row(label="Command", value=proof.command),
+            Row(label="Last hash of the ledger", value=proof.head),
+            Row(label="Whole run", value=minutes(proof.seconds), unit="min:s"),
+            *(Row(label=name, value=version) for name, version in sorted(proof.versions.items())),
+        ),
+    )

@@ -1,0 +1,112 @@
+"""That the truth was sealed before the verdict: hashes, times, and how to check them."""
+
+from datetime import datetime
+
+from proof.outcome import Judged, Proof, Stamp
+from reports.proof.words import plural
+from reports.quantity import fixed
+from reports.section import Cell, Column, Notice, Row, Section, Severity, Table
+
+SHORT = 10  # digits of a hash that are printed
+COLUMNS = (
+    Column(title="trial", numeric=False, whole=True),
+    *(
+        Column(title=title, numeric=False, whole=True)
+        for step in ("truth sealed", "verdict written", "truth opened")
+        for title in (f"{step} (UTC)", "SHA-256")
+    ),
+    Column(title="verdict took [s]"),
+)
+LEAD = (
+    "Each truth is made and sealed in a file before any trial is judged, and the hash of that file "
+    "is entered in a ledger. The judge is the ordinary command, twin explain, in a process of its "
+    "own. It gets a folder with what a user would have, a twin and recordings, under names that "
+    "say nothing; it has neither the truth nor its key. When its verdict is written, the "
+    "verdict's hash is entered too. Then the truth is opened, with its key, and compared.",
+    "Every entry of the ledger holds the hash of the one before it, so none can be changed or "
+    "left out later without the last hash becoming another. It tells the order, and that nothing "
+    "was exchanged later. That its clock was right, or that no other run was thrown away, it "
+    "cannot tell: for that, run the trials yourself, with a seed of your own.",
+    "To check a run, twin prove --check follows the ledger from entry to entry, computes the hash "
+    "of every file anew and opens every sealed truth again with its key: it has to be the one "
+    "that is shown.",
+)
+
+
+def protocol(proof: Proof) -> Section:
+    """Words, the times of each trial, and the commands of a sceptic."""
+    broken = [t.name for t in proof.trials if not in_order(t)]
+    notices = [
+        Notice(
+            text="Not sealed, judged and opened in that order.", severity=Severity.DOUBT, where=n
+        )
+        for n in broken
+    ]
+    if proof.trials and not broken:
+        notices.append(Notice(text=_sealed_first(proof.trials)))
+    return Section(
+        id="protocol",
+        title="How it was done",
+        lead=LEAD,
+        notices=tuple(notices),
+        rows=(
+            Row(label="Last hash of the ledger", value=proof.head),
+            Row(
+                label="To check it",
+                value="twin prove --check DIR",
+                note="DIR is the folder of this page",
+            ),
+            Row(
+                label="To run it again",
+                value=proof.command,
+                note="with another seed other effects, sizes and flights are drawn",
+            ),
+        ),
+        tables=_times(proof),
+        notes=(
+            "Hashes are cut short here; pointed at they are shown whole, and proof.json has them.",
+        ),
+    )
+
+
+def at(stamp: Stamp) -> datetime:
+    """When it was entered."""
+    return datetime.fromisoformat(stamp.utc)
+
+
+def in_order(j: Judged) -> bool:
+    """Sealed, then judged, then opened."""
+    return at(j.sealed) < at(j.judged) < at(j.opened)
+
+
+def _sealed_first(trials: tuple[Judged, ...]) -> str:
+    """What the times say of all of them together."""
+    last, first = max(at(t.sealed) for t in trials), min(at(t.judged) for t in trials)
+    each = f"Of {plural(len(trials), 'trial')} each was sealed, judged and opened in that order"
+    if last < first:
+        return f"{each}; the last truth was sealed before the first verdict was written."
+    return f"{each}; some truths were sealed after verdicts on other trials were written."
+
+
+def _times(proof: Proof) -> tuple[Table, ...]:
+    if not proof.trials:
+        return ()
+    rows = tuple(
+        (
+            Cell(text=t.name),
+            *(cell for stamp in (t.sealed, t.judged, t.opened) for cell in _stamp(stamp)),
+            Cell(text=fixed(t.seconds, 0)),
+        )
+        for t in proof.trials
+    )
+    return (
+        Table(caption="Times and hashes of every trial", columns=COLUMNS, rows=rows, folded=True),
+    )
+
+
+def _stamp(stamp: Stamp) -> tuple[Cell, Cell]:
+    when = at(stamp).strftime("%Y-%m-%d %H:%M:%S")
+    return (
+        Cell(text=when, whole=stamp.utc),
+        Cell(text=stamp.sha256[:SHORT], whole=f"{stamp.sha256}; entry {stamp.entry}"),
+    )

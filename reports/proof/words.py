@@ -1,0 +1,134 @@
+"""Verdicts and truths in words."""
+
+from collections.abc import Mapping, Sequence
+from itertools import combinations, permutations
+
+from proof.compare import MOST_EQUIVALENT
+from proof.outcome import Judged, Named, Outcome
+from proof.tally import Share, control
+from reports.mismatch.words import listed, name, percent
+from reports.quantity import fixed, significant
+
+ABSTAINED = {
+    "none": "nothing beyond the noise",
+    "unknown": "something it has no name for",
+    "ambiguous": "not settled",
+}
+
+LONGEST = 40  # letters of a name in a drawing
+FATE = {
+    "none": "taken for noise",
+    "unknown": "seen, but not named",
+    "ambiguous": "not told from something else",
+}
+
+
+def plural(count: int, one: str, many: str = "") -> str:
+    """`1 trial`, `2 trials`."""
+    return f"{count} {one if count == 1 else many or one + 's'}"
+
+
+def short(text: str, longest: int = LONGEST) -> str:
+    """With both its ends, if it is too long."""
+    if len(text) <= longest:
+        return text
+    half = (longest - 1) // 2
+    return f"{text[:half]}…{text[-half:]}"
+
+
+def mV(volts: float) -> str:
+    """As it is printed."""
+    return fixed(1e3 * volts, 1)
+
+
+def times(strength: float) -> str:
+    """Of the noise."""
+    return f"{significant(strength, 2)} ×"
+
+
+def points(share: float | None) -> str:
+    """A share in percent, without its sign."""
+    return fixed(None if share is None else 100 * share, 0)
+
+
+def between(share: Share) -> str:
+    """Its 95 % interval in percent."""
+    low, high = share.interval
+    return f"{fixed(100 * low, 0)}–{fixed(100 * high, 0)}" if share.of else fixed(None, 0)
+
+
+def _one(n: Named) -> str:
+    return " or ".join(name(i) for i in (n.id, *n.equivalent))
+
+
+def verdict(j: Judged) -> str:
+    """What the tool said."""
+    effects = listed([_one(n) for n in j.named])
+    if j.verdict == "named":
+        return effects or "named nothing"
+    said = ABSTAINED.get(j.verdict, j.verdict)
+    return f"{said}: {effects}" if j.verdict == "ambiguous" and effects else said
+
+
+def probabilities(j: Judged) -> str:
+    """Of what was named, in its order."""
+    return ", ".join(percent(n.probability) for n in j.named)
+
+
+def hit(n: Named, alike: Sequence[str]) -> bool:
+    """What was named, or one of the few that look the same, is among those that are right."""
+    return bool({n.id, *n.equivalent[:MOST_EQUIVALENT]} & set(alike))
+
+
+def met(j: Judged) -> Mapping[int, int]:
+    """Place of an effect of the truth -> place of what was named for it; each counts once."""
+    slots, places = range(len(j.truth.effects)), range(len(j.named))
+    most = min(len(slots), len(places))
+    tried = (
+        {s: p for s, p in zip(some, order, strict=True) if hit(j.named[p], j.truth.effects[s])}
+        for some in permutations(slots, most)
+        for order in combinations(places, most)
+    )
+    return max(tried, key=len, default={})
+
+
+def not_there(j: Judged) -> tuple[Named, ...]:
+    """Named, though no truth has it and it does not come with one either."""
+    found = met(j).values()
+    return tuple(n for p, n in enumerate(j.named) if p not in found and not hit(n, j.truth.also))
+
+
+def not_named(j: Judged) -> tuple[tuple[str, ...], ...]:
+    """In the truth, though nothing that was named is it."""
+    found = met(j)
+    return tuple(alike for s, alike in enumerate(j.truth.effects) if s not in found)
+
+
+def why(j: Judged) -> str:
+    """What is wrong with a verdict; "" of a right one."""
+    if j.outcome is Outcome.RIGHT:
+        return ""
+    lost = listed([_wanted(alike) for alike in not_named(j)])
+    if j.verdict != "named":
+        return _abstained(j, lost)
+    forbidden = [name(n.id) for n in j.named if n.id in j.truth.forbidden]
+    if forbidden:
+        return f"{listed(forbidden)} must not be named here"
+    extra = listed([_one(n) for n in not_there(j)])
+    if extra and lost:
+        return f"{extra} named instead of {lost}"
+    if extra:
+        return f"{extra} named, which is not there"
+    if lost:
+        return f"{lost} not named"
+    return f"right would be: {listed([ABSTAINED.get(v, v) for v in j.truth.verdicts], 'or')}"
+
+
+def _abstained(j: Judged, lost: str) -> str:
+    if control(j):
+        return "there is nothing, and something was said to be there"
+    return f"{lost or 'what is there'} {FATE.get(j.verdict, 'not named')}"
+
+
+def _wanted(alike: Sequence[str]) -> str:
+    return " or ".join(name(i) for i in alike)

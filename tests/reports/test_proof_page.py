@@ -1,0 +1,244 @@
+"""The page of a proof: failures first and whole, figures as they were measured, safe from names."""
+
+import re
+from dataclasses import replace
+from functools import cache
+from typing import Any
+
+import pytest
+
+from proof.outcome import Baseline, Judged, NotMade, Outcome, Proof
+from reports.proof import figure, headline, proof_page
+from reports.proof.baselines import baselines, holds_truth, won
+from reports.proof.channels import MOST_DRAWN, channels
+from reports.proof.confusion import FOREIGN, NOTHING, SEVERAL, matrix
+from reports.proof.failed import failed
+from reports.proof.figure import figure_png
+from reports.proof.protocol import in_order, protocol
+from reports.proof.sizes import sizes
+from reports.proof.summary import summary
+from reports.proof.words import LONGEST, not_named, not_there, short, why
+from reports.render import render
+from reports.section import Section
+from tests.reports.proof_example import judged, named, opened, proof, recorded, simulated, truth
+from tests.reports.test_calibration_page import EVIL
+from tests.reports.test_page import DRAWING, parsed
+
+CONTROL = judged(1, truth("control", "nothing", strength=1.0), Outcome.RIGHT, "none")
+PAIR = truth("pair", "", "leakage", "sensor_lag")
+
+
+def html(of: Proof) -> str:
+    return render(proof_page(of, "0.1.0"))
+
+
+@cache
+def whole() -> str:
+    return html(proof())
+
+
+def words(page: str) -> str:
+    return " ".join(DRAWING.sub("", page).split())
+
+
+def there(made: Section | None) -> Section:
+    assert made is not None
+    return made
+
+
+@pytest.mark.parametrize(
+    ("trials", "missing"),
+    [
+        (None, set[str]()),
+        ([], {"trials", "confusion", "baselines", "sizes", "channels"}),
+        (simulated(), {"channels"}),
+        ([CONTROL], {"baselines", "sizes", "channels"}),
+        (recorded(), {"confusion", "sizes"}),
+    ],
+    ids=["whole", "no trial", "simulated", "controls", "recorded"],
+)
+def test_what_was_not_run_has_no_section_and_the_page_is_whole(
+    trials: list[Judged] | None, missing: set[str]
+) -> None:
+    of = proof(trials)
+    every = ["summary", "failed", "protocol", "trials", "confusion", "baselines", "sizes",
+             "channels", "provenance"]  # fmt: skip
+    page = whole() if trials is None else html(of)
+    assert re.findall('<section id="([a-z]+)"', page) == [i for i in every if i not in missing]
+    parsed(page)
+    assert not re.search(r"\bnan\b|\binf\b", words(page))
+
+
+def test_the_headline_counts() -> None:
+    assert headline(proof()) == (
+        "4 of 8 simulated effects at three times the noise or more were judged right; 1 false "
+        "alarm in 3 controls; 3 of 4 right on recordings of real cells."
+    )
+    assert headline(proof([])) == "No trial was judged."
+    assert headline(proof([CONTROL])) == "0 false alarms in 1 control."
+    weak = [t for t in simulated() if t.name == "trial-09"]
+    assert headline(proof(weak)) == "0 of 1 verdict right."
+
+
+def test_targets_say_by_how_much_they_are_missed() -> None:
+    rows = {r[0].text: r[1] for r in summary(proof()).tables[1].rows}
+    assert rows["right, simulated effects at 3 × noise or more"].text == "missed by 40.0 points"
+    assert rows["right, recorded on real cells, controls not counted"].text == (
+        "missed by 5.0 points; 4 of at least 12 trials"
+    )
+    assert rows["concealed temperature, rms"].text == "missed by 0.60 K"
+    assert rows["concealed capacity, relative error"].text == "missed: 1 without a figure"
+    met = rows["concealed voltage of the weakest cell, rms"]
+    assert (met.text, met.doubt) == ("met", False)
+    nothing = summary(proof([])).tables[0].rows
+    assert {r[1].text for r in nothing} == {"not run"}
+
+
+def test_every_failure_is_told_with_its_reason_and_what_is_left() -> None:
+    of = proof()
+    own = failed(of)
+    failing = [t for t in of.trials if t.outcome is not Outcome.RIGHT]
+    assert len(own.notices) == len(failing)
+    for t in failing:
+        (text,) = (n.text for n in own.notices if n.text.startswith(f"{t.name}: "))
+        assert t.outcome.value in text
+        assert t.truth.said in text
+        assert why(t) in text
+        assert f"{1e3 * t.held_out_after_V:.1f} of {1e3 * t.held_out_before_V:.1f} mV" in text
+    assert own.notices[0].text.startswith("trial-02: wrong")
+    assert "no size from 0.005" in own.tables[0].rows[0][2].text
+    assert "None of 1 verdict is other than right." in failed(proof([CONTROL])).lead[0]
+
+
+def test_reasons() -> None:
+    def said(verdict: str, *effects: str, **more: Any) -> str:
+        own = replace(PAIR, **more)
+        return why(judged(1, own, Outcome.WRONG, verdict, *effects))
+
+    assert said("named", "leakage") == "a slow current sensor not named"
+    assert said("named", "leakage", "sensor_lag", "weak_cell") == (
+        "a weak cell named, which is not there"
+    )
+    assert said("named", "leakage", "weak_cell") == (
+        "a weak cell named instead of a slow current sensor"
+    )
+    assert said("named", "leakage", forbidden=("leakage",)) == "leakage must not be named here"
+    assert said("none") == "leakage and a slow current sensor taken for noise"
+    assert said("unknown", effects=()) == "what is there seen, but not named"
+    alarm = judged(1, truth("control", ""), Outcome.WRONG, "unknown")
+    assert why(alarm) == "there is nothing, and something was said to be there"
+    assert why(CONTROL) == ""
+
+
+def test_one_name_stands_for_one_effect_and_what_comes_with_it_may_be_named() -> None:
+    both = judged(1, PAIR, Outcome.PART, "named", "leakage~sensor_lag")
+    assert len(not_named(both)) == 1
+    swapped = judged(1, PAIR, Outcome.RIGHT, "named", "leakage~sensor_lag", "leakage")
+    assert not_named(swapped) == ()
+    also = replace(both, truth=replace(PAIR, also=("weak_cell",)),
+                   named=named("leakage", "weak_cell"))  # fmt: skip
+    assert not_there(also) == ()
+    vague = judged(1, PAIR, Outcome.PART, "named", "weak_cell~a~b~c~leakage")
+    assert [n.id for n in not_there(vague)] == ["weak_cell"]  # it looks like too much
+
+
+def test_the_matrix_counts_what_looks_the_same_under_its_truth() -> None:
+    counts = matrix(t for t in simulated() if t.truth.kind != "pair")
+    film = counts["film_resistance", "film_resistance"]
+    assert (film.trials, film.alike, film.worst) == (1, 1, Outcome.RIGHT)
+    assert counts["series_resistance", "current_gain"].worst is Outcome.WRONG
+    assert counts[NOTHING, "clock_shift"].trials == 1
+    assert counts[FOREIGN, FOREIGN].worst is Outcome.RIGHT
+    assert counts["current_gain", NOTHING].worst is Outcome.MISSED
+    more = judged(1, truth("single", "", "leakage"), Outcome.WRONG, "named", "leakage", "weak_cell")
+    assert matrix([more])["leakage", SEVERAL].trials == 1
+
+
+def test_where_a_baseline_won_is_said() -> None:
+    of = proof()
+    assert [(t.name, b.id) for t, b in won(of.trials)] == [("trial-16", "correction")]
+    own = there(baselines(of))
+    assert "correction without physics in 1 of 11 trials" in own.lead[-1]
+    assert own.tables[0].caption == "Where a baseline won"
+    assert "A baseline predicted what was held out better" in failed(of).lead[1]
+    beaten = [t for t in of.trials if t.name != "trial-16"]
+    assert there(baselines(proof(beaten))).tables[0].folded
+
+
+def test_a_refit_of_the_base_twin_may_hold_the_truth() -> None:
+    refit = Baseline(id="refit", what="", numbers=9, held_out_V=0.01)
+    resistance = judged(1, truth("single", "", "series_resistance"), Outcome.RIGHT, "none")
+    heat = judged(1, truth("single", "", "self_heating"), Outcome.RIGHT, "none")
+    assert holds_truth(resistance, refit)
+    assert not holds_truth(heat, refit)
+    assert not holds_truth(CONTROL, refit)
+
+
+def test_hashes_are_cut_but_not_lost() -> None:
+    of = proof()
+    page = whole()
+    for t in of.trials:
+        assert f'title="{t.sealed.sha256}; entry {t.sealed.entry}"' in page
+    assert of.head in words(page)
+    assert of.command in words(page)
+    assert "the last truth was sealed before the first verdict" in words(page)
+
+
+def test_an_order_that_is_not_kept_is_told() -> None:
+    late = replace(CONTROL, sealed=CONTROL.opened)
+    assert in_order(CONTROL)
+    assert not in_order(late)
+    assert protocol(proof([late])).notices[0].text.startswith("Not sealed, judged and opened in")
+    other = judged(2, CONTROL.truth, Outcome.RIGHT, "none")
+    between = replace(other, sealed=replace(other.sealed, utc="2026-11-21T18:06:30.000+00:00"))
+    assert "some truths were sealed after" in protocol(proof([CONTROL, between])).notices[0].text
+
+
+def test_sizes_are_judged_in_stated_deviations() -> None:
+    own = there(sizes(proof()))
+    found, absent = (tuple(c.text for c in row) for row in own.tables[0].rows)
+    assert found[-2:] == ("2.3", "11")  # (8.9 - 8) / 0.4, and 0.9 of 8
+    assert absent[-2] == "not named"
+    assert "0 of 1 within 1" in own.lead[1]
+
+
+@pytest.mark.slow
+def test_channels_are_drawn_up_to_a_number_and_all_listed() -> None:
+    warm = recorded()[1]
+    many = tuple(opened(f"r{k}", "temperature", (5.0, 0.1 * k)) for k in range(MOST_DRAWN + 3))
+    own = there(channels(proof([replace(warm, channels=many)])))
+    assert "3 more, with smaller errors" in own.figures[0].caption
+    assert "r0:" not in own.figures[0].description
+    assert len(own.tables[0].rows) == len(many)
+
+
+def test_a_long_name_keeps_both_its_ends() -> None:
+    text = short("a" * 50 + "z" * 50)
+    assert (len(text) <= LONGEST, text[0], text[-1]) == (True, "a", "z")
+
+
+def test_names_and_texts_of_others_stay_text() -> None:
+    evil = EVIL * 5
+    own = [
+        replace(t, name=f"{k}{evil}", source=evil, truth=replace(t.truth, said=evil),
+                channels=tuple(replace(c, recording=evil) for c in t.channels),
+                baselines=tuple(replace(b, what=evil) for b in t.baselines))
+        for k, t in enumerate(proof().trials)
+    ]  # fmt: skip
+    odd = judged(99, truth("single", evil, evil), Outcome.WRONG, "named", evil)
+    of = replace(proof([*own, odd]), command=evil, versions={evil: evil},
+                 not_made=(NotMade(name=evil, source=evil, reason=evil),))  # fmt: skip
+    page = html(of)
+    parsed(page)
+    assert "<script" not in page
+    assert "&lt;script&gt;" in page
+
+
+@pytest.mark.parametrize("trials", [None, [], [CONTROL]], ids=["whole", "no trial", "controls"])
+def test_the_drawing_for_the_readme(trials: list[Judged] | None) -> None:
+    assert figure(proof(trials)).startswith("<svg ")
+    assert figure_png(proof(trials)).startswith(b"\x89PNG")
+
+
+def test_the_same_proof_gives_the_same_bytes() -> None:
+    assert html(proof()) == whole()
