@@ -97,11 +97,11 @@ def targets(trials: Sequence[Judged]) -> tuple[Target, ...]:
             OVER_NOISE, "1", _ratios(trials, simulated, held_out_ratio),
         ),
         _worst(
-            "held out recorded", "the same, recorded on real cells",
+            "held out recorded", "held-out error over noise where something was named, recorded",
             OVER_NOISE, "1", _ratios(trials, recorded, held_out_ratio),
         ),
         _worst(
-            "held out floor", "the same over noise and the base twin's own error, recorded",
+            "held out floor", "held-out error over noise and the base twin's own error, recorded",
             OVER_NOISE, "1", _ratios(trials, recorded, held_out_over_floor),
         ),
     )  # fmt: skip

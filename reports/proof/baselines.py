@@ -13,6 +13,7 @@ from reports.quantity import MISSING, fixed, significant
 from reports.section import Cell, Column, Figure, Section, Table
 
 OURS = "what the tool said"
+MOST_LISTED = 12  # of the cases in which a baseline won; the others are folded
 WORDS = {
     "refit": "base twin refitted",
     "correction": "correction without physics",
@@ -27,6 +28,7 @@ WON = (
     Column(title="trial", numeric=False, whole=True),
     Column(title="baseline", numeric=False),
     Column(title="numbers fitted"),
+    Column(title="better by [%]"),
     Column(title="its error [mV]"),
     Column(title="with what the tool said [mV]"),
     Column(title="noise [mV]"),
@@ -68,8 +70,10 @@ def present(own: Iterable[Judged]) -> list[str]:
 
 
 def won(trials: Iterable[Judged]) -> tuple[Win, ...]:
-    """Baselines whose held-out error is the smaller one, by however little."""
-    return tuple((t, b) for t in trials for b in t.baselines if b.held_out_V < t.held_out_after_V)
+    """Baselines whose held-out error is the smaller one, by however little; the clearest first."""
+    every = ((t, b) for t in trials for b in t.baselines)
+    own = [(t, b) for t, b in every if b.held_out_V < t.held_out_after_V]
+    return tuple(sorted(own, key=lambda win: win[1].held_out_V / win[0].held_out_after_V))
 
 
 def holds_truth(t: Judged, b: Baseline) -> bool:
@@ -136,14 +140,20 @@ def _won_table(better: tuple[Win, ...]) -> tuple[Table, ...]:
     rows = tuple(
         (
             Cell(text=t.name), Cell(text=f"{WORDS.get(b.id, b.id)}: {b.what}"),
-            Cell(text=str(b.numbers)), Cell(text=mV(b.held_out_V)),
+            Cell(text=str(b.numbers)),
+            Cell(text=fixed(100 * (1 - b.held_out_V / t.held_out_after_V), 1)),
+            Cell(text=mV(b.held_out_V)),
             Cell(text=mV(t.held_out_after_V)), Cell(text=mV(t.noise_V)),
             Cell(text="yes" if holds_truth(t, b) else "no"),
             Cell(text=t.outcome.value, doubt=t.outcome is not Outcome.RIGHT),
         )
         for t, b in better
     )  # fmt: skip
-    return (Table(caption="Where a baseline won", columns=WON, rows=rows),)
+    first = Table(caption="Where a baseline won", columns=WON, rows=rows[:MOST_LISTED])
+    if not (rest := rows[MOST_LISTED:]):
+        return (first,)
+    more = f"Where a baseline won by less: {plural(len(rest), 'more case')}"
+    return first, Table(caption=more, columns=WON, rows=rest, folded=True)
 
 
 def _table(own: Sequence[Judged], ids: Sequence[str]) -> Table:

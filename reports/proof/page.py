@@ -13,9 +13,11 @@ from reports.proof.trials import trials
 from reports.quantity import minutes
 from reports.section import Row, Section
 
+PROGRAM = "drone-battery-health"  # among the versions
 
-def proof_page(proof: Proof, version: str) -> Page:
-    """The page of one run; `version` is the program's."""
+
+def proof_page(proof: Proof) -> Page:
+    """The page of one run."""
     made = (
         summary(proof),
         failed(proof),
@@ -31,7 +33,7 @@ def proof_page(proof: Proof, version: str) -> Page:
         title="Proof on concealed data",
         subtitle="Effects that are in the data and kept from the tool, and what it said of them",
         sections=tuple(section for section in made if section is not None),
-        version=version,
+        version=proof.versions.get(PROGRAM, ""),
     )
 
 

@@ -17,6 +17,7 @@ from reports.section import Cell, Column, Figure, Section, Table
 
 LARGEST = 6.0  # deviations that are drawn to scale; what is farther off lies on the edge
 EXPECTED = ((1.0, 68), (2.0, 95))  # deviations either way, percent of a normal law
+LONGEST_LABEL = 60  # letters
 ROW_IN = 0.36
 COLUMNS = (
     Column(title="trial", numeric=False, whole=True),
@@ -111,7 +112,7 @@ def _figure(told: Sequence[Size]) -> Figure:
 
 
 def _label(s: Size) -> str:
-    return short(f"{name(s.of.effect)}: {number(s.of.name)}")
+    return short(f"{name(s.of.effect)}: {number(s.of.name)}", LONGEST_LABEL)
 
 
 def _row(s: Size) -> tuple[Cell, ...]:

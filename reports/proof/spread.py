@@ -31,7 +31,7 @@ class Method:
 
 def spread(methods: Sequence[Method], name: str) -> str:
     """As SVG, on a logarithmic scale."""
-    canvas, (ax,) = panels([0.8 + ROW_IN * len(methods)])
+    canvas, (ax,) = panels([0.95 + ROW_IN * len(methods)])
     draw(ax, methods)
     return to_svg(canvas, name)
 
@@ -67,7 +67,7 @@ def draw(ax: "Axes", methods: Sequence[Method]) -> None:
             text, (x, 1.0), xycoords=("data", "axes fraction"), fontsize=8, va="bottom",
             ha="right" if x == 1.0 else "left",
         )  # fmt: skip
-    ax.set_xlabel("held-out error over noise; open: simulated, filled: recorded")
+    ax.set_xlabel("held-out error over noise\n(open: simulated, filled: recorded)")
     named_rows(ax, [m.name for m in methods])
 
 

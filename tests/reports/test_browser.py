@@ -11,10 +11,12 @@ import pytest
 
 from reports.flight_page import flight_page
 from reports.mismatch import mismatch_page
+from reports.proof import proof_page
 from reports.render import render
 from tests.reports import example
 from tests.reports.mismatch_example import pair
 from tests.reports.mismatch_example import report as mismatch_report
+from tests.reports.proof_example import proof as made_proof
 from tests.reports.test_calibration_page import EVIL, found, renamed
 from tests.reports.test_calibration_page import page as calibration_html
 
@@ -69,7 +71,12 @@ def mismatch() -> tuple[str, int]:
     return render(mismatch_page(mismatch_report(replace(of, courses=courses)))), drawings
 
 
-@pytest.mark.parametrize("made", [flight, calibration, mismatch])
+def proof() -> tuple[str, int]:
+    page = proof_page(replace(made_proof(), command=EVIL))
+    return render(page), sum(len(s.figures) for s in page.sections)
+
+
+@pytest.mark.parametrize("made", [flight, calibration, mismatch, proof])
 @pytest.mark.parametrize("width", [600, 1200])
 def test_a_browser_lays_the_page_out_without_fetching_or_overflowing(
     tmp_path: Path, width: int, made: Callable[[], tuple[str, int]]

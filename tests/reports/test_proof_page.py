@@ -9,7 +9,7 @@ import pytest
 
 from proof.outcome import Baseline, Judged, NotMade, Outcome, Proof
 from reports.proof import figure, headline, proof_page
-from reports.proof.baselines import baselines, holds_truth, won
+from reports.proof.baselines import MOST_LISTED, baselines, holds_truth, won
 from reports.proof.channels import MOST_DRAWN, channels
 from reports.proof.confusion import FOREIGN, NOTHING, SEVERAL, matrix
 from reports.proof.failed import failed
@@ -29,7 +29,7 @@ PAIR = truth("pair", "", "leakage", "sensor_lag")
 
 
 def html(of: Proof) -> str:
-    return render(proof_page(of, "0.1.0"))
+    return render(proof_page(of))
 
 
 @cache
@@ -163,6 +163,17 @@ def test_where_a_baseline_won_is_said() -> None:
     assert "A baseline predicted what was held out better" in failed(of).lead[1]
     beaten = [t for t in of.trials if t.name != "trial-16"]
     assert there(baselines(proof(beaten))).tables[0].folded
+
+
+def test_many_wins_are_listed_the_clearest_first() -> None:
+    beaten = next(t for t in proof().trials if t.baselines)
+    trials = [
+        replace(beaten, baselines=(replace(beaten.baselines[0], held_out_V=1e-4 * k),))
+        for k in range(1, MOST_LISTED + 4)
+    ]
+    first, rest = there(baselines(proof(trials[::-1]))).tables[:2]
+    assert (len(first.rows), len(rest.rows), rest.folded) == (MOST_LISTED, 3, True)
+    assert first.rows[0][4].text == "0.1"
 
 
 def test_a_refit_of_the_base_twin_may_hold_the_truth() -> None:
