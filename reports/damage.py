@@ -3,7 +3,7 @@
 import math
 from typing import Literal
 
-from reports.result import (
+from reports.parts import (
     AssessmentPart,
     BaselinePart,
     DamagePart,

@@ -6,8 +6,9 @@ from urllib.parse import quote
 
 from reports.mismatch.words import listed, name, percent
 from reports.page import Page
+from reports.parts import LoadPart, MismatchPart, MotionPart
 from reports.quantity import MISSING, fixed, minutes
-from reports.result import LoadPart, MismatchPart, MotionPart, Result
+from reports.result import Result
 from reports.section import Cell, Column, Row, Section, Table
 
 FLIGHT_COLUMNS = (

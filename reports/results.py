@@ -7,7 +7,7 @@ import numpy as np
 from reports.damage import assessment_part, damage_part, relative_part
 from reports.flight import ASSESSED, FlightReport, NoMismatch
 from reports.motions import motion_loads
-from reports.result import (
+from reports.parts import (
     AlignmentPart,
     FitErrorsPart,
     FitPart,
@@ -24,10 +24,10 @@ from reports.result import (
     QualityPart,
     QuantityPart,
     ReplayPart,
-    Result,
     SegmentPart,
     WarningPart,
 )
+from reports.result import Result
 from segment.segment import LoadStatistics, Segment
 from twin.calibrate.flight import NotFitted
 from twin.constants import ZERO_CELSIUS_K
