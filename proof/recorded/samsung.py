@@ -1,4 +1,4 @@
-"""Samsung INR18650-30Q, 3 Ah, cell S001.
+"""Samsung INR18650-30Q, 3 Ah, cells S001 and S002.
 
 Recordings: ARTS Laboratory, University of South Carolina, CC BY-SA 4.0.
 """
@@ -20,9 +20,9 @@ COLUMNS = {"time_s": 0, "current_A": 1, "voltage_V": 2, "temperature": 4}
 LEAST_V = 2.0  # below it a sample is a fault of the logger
 
 
-def read(folder: Path, name: str) -> RealTest:
-    """One discharge of cell S001."""
-    path = recording(folder, f"{FOLDER}S001/Q30_S001_{name}.csv")
+def read(folder: Path, name: str, cell: str = "S001") -> RealTest:
+    """One discharge of a cell, S001 or S002."""
+    path = recording(folder, f"{FOLDER}{cell}/Q30_{cell}_{name}.csv")
     return _test(name, np.genfromtxt(path, delimiter=",", encoding="utf-8-sig"))
 
 

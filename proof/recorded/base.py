@@ -1,0 +1,255 @@
+"""`Base`: what stands for a real cell in a trial, calibrated to tests that are not concealed.
+
+Least squares (`twin.calibrate.run`), heated by its own losses; how fast it cools is fitted to the
+temperature of the fastest whole test among those that were given. A calibration is kept as BPX and
+JSON under a hash of all that went into it, and always taken from there: a second run is the first.
+"""
+
+import json
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from hashlib import sha256
+from pathlib import Path
+
+import casadi as ca
+import numpy as np
+import numpy.typing as npt
+from scipy.optimize import brentq, minimize_scalar
+
+from proof.recorded.measured import RealTest, recorded_parts, wide
+from twin.bpx_file import open_circuit_V
+from twin.bpx_out import write_bpx
+from twin.builtin import load_cell
+from twin.calibrate.checks import predicted
+from twin.calibrate.out import cell_text
+from twin.calibrate.reference import ReferenceTest
+from twin.calibrate.run import Calibration, conclude, fit, problem_of
+from twin.cell import Cell
+from twin.constants import ZERO_CELSIUS_K
+from twin.effects import SelfHeating, SeriesResistance
+from twin.load import Between, Load
+from twin.pack import Pack
+from twin.simulate import simulate
+from twin.whole_file import write_whole
+
+FloatArray = npt.NDArray[np.float64]
+
+VERSION = 1  # of what is kept: raise it where the same inputs give another calibration
+COOLING_W_m2_K = (1.0, 200.0)  # looked for between still air and a clamp
+WHOLE = 0.5  # of the most that any test draws: a test that draws less shows no warming
+ROOM_K = ZERO_CELSIUS_K + 25.0
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Body:
+    """What warms and cools.
+
+    Attributes:
+        heat_capacity_J_K: of the whole cell.
+        cooling_area_m2: its outer surface.
+    """
+
+    heat_capacity_J_K: float
+    cooling_area_m2: float
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Given:
+    """What a base is calibrated from.
+
+    Attributes:
+        start: the cell to start from, with the capacity of this one.
+        tests: to fit; full at the start of the first.
+        check: name of the test that is also predicted by a fit to the others: the base's own error.
+        unseen: instead of it, tests that are predicted and not fitted at all; full at the start.
+        body: of the cell.
+        only: parameters that are free; None all.
+    """
+
+    start: Pack
+    tests: tuple[RealTest, ...]
+    body: Body
+    check: str = ""
+    unseen: tuple[RealTest, ...] = ()
+    only: tuple[str, ...] | None = None
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Base:
+    """Calibrated.
+
+    Attributes:
+        pack: isothermal, full, at ROOM_K.
+        heat_transfer_W_m2_K: from its surface, by the temperature of the tests it was fitted to;
+            0 where none was measured.
+        full_soc: state of charge after the charge before its first test.
+        error_V: rms of the check predicted by a fit to the other tests.
+        fitted_V: rms of each fitted test.
+    """
+
+    pack: Pack
+    heat_transfer_W_m2_K: float
+    full_soc: float
+    error_V: float
+    fitted_V: dict[str, float]
+
+    def heated(self) -> Pack:
+        """With its own losses."""
+        heating = SelfHeating(heat_transfer_W_m2_K=self.heat_transfer_W_m2_K)
+        return replace(self.pack, effects=(*self.pack.effects, heating))
+
+
+def base_of(given: Given, cache: Path) -> Base:
+    """Calibrated, or from `cache` (a folder, made if it is not there) if it was before."""
+    place = cache / f"base-{_key(given)}"
+    if not (place / "base.json").exists():
+        place.mkdir(parents=True, exist_ok=True)
+        _calibrate(given, place)
+    cell = load_cell(place / "cell.bpx.json")
+    told = json.loads((place / "base.json").read_text())
+    resistance = SeriesResistance(resistance_ohm=told.pop("series_resistance_ohm"))
+    return Base(pack=Pack(cell=cell, initial_K=ROOM_K, effects=(resistance,)), **told)
+
+
+def rest_soc(cell: Cell, rest_V: float) -> float:
+    """State of charge, 0 to 1, at which a cell rests at a voltage; the nearer end beyond them."""
+
+    def above_V(soc: float) -> float:
+        return open_circuit_V(cell, soc) - rest_V
+
+    if above_V(1.0) <= 0.0:
+        return 1.0
+    return 0.0 if above_V(0.0) >= 0.0 else float(brentq(above_V, 0.0, 1.0, xtol=1e-6))
+
+
+def _calibrate(given: Given, place: Path) -> None:
+    pack, tests = _to_fit(given)
+    *_, best = fit(problem_of(pack, tests, only=given.only))
+    found = conclude(best.problem, best.q, tests, cross_validate=False)
+    write_whole(place / "cell.bpx.json", cell_text(found))
+    heating = [e for e in pack.effects if isinstance(e, SelfHeating)]
+    if given.unseen:
+        error_V = _missed_V(found, given.unseen, heating, place)
+    else:
+        k = [t.name for t in tests].index(given.check)
+        *_, check_V = predicted(best.problem, best.q, tests, k)
+        assert check_V is not None
+        error_V = float(np.sqrt(np.mean((check_V - tests[k].voltage_V) ** 2)))
+    told = {
+        "series_resistance_ohm": found.numbers["series_resistance_ohm"],
+        "heat_transfer_W_m2_K": heating[0].heat_transfer_W_m2_K if heating else 0.0,
+        "full_soc": _full(found),
+        "error_V": error_V,
+        "fitted_V": {f.name: float(f.rms_V) for f in found.fitted},
+    }
+    write_whole(place / "base.json", json.dumps(told, indent=1) + "\n")
+
+
+def charged_to(cell: Cell, full_V: float, empty_V: float) -> Cell:
+    """With other cut-offs, and the window of the positive electrode that goes with them when full.
+
+    The negative window stays: a maker who charges higher takes more graphite.
+    """
+    n, p = cell.negative, cell.positive
+    graphite_V = float(ca.evalf(n.ocp_V(ca.SX(n.stoichiometry_max))))
+
+    def above_V(y: float) -> float:
+        return float(ca.evalf(p.ocp_V(ca.SX(y)))) - graphite_V - full_V
+
+    full = float(brentq(above_V, 0.01, p.stoichiometry_max))
+    return replace(
+        cell,
+        positive=replace(p, stoichiometry_min=full),
+        lower_cut_off_V=empty_V,
+        upper_cut_off_V=full_V,
+    )
+
+
+def _missed_V(
+    found: Calibration, unseen: Sequence[RealTest], heating: Sequence[SelfHeating], place: Path
+) -> float:
+    """Rms over tests that nothing was fitted to; infinite where the twin does not come to an end.
+
+    A cell goes on below its cut-off, since it may be empty a little early.
+    """
+    cell = load_cell(place / "cell.bpx.json")
+    ohm = SeriesResistance(resistance_ohm=found.numbers["series_resistance_ohm"])
+    squares = []
+    for test in unseen:
+        start_K = ROOM_K if test.temperature_K is None else float(test.temperature_K[0])
+        pack = Pack(cell=wide(cell), initial_K=start_K, effects=(ohm, *heating))
+        pack = replace(pack, initial_soc=_full(found))
+        load = Load(
+            time_s=test.time_s, current_A=test.current_A, between=Between.LINEAR, ambient_K=start_K
+        )
+        got_V = simulate(pack, load).voltage_V
+        error_V = np.full(test.time_s.size, np.inf)
+        error_V[: got_V.size] = test.voltage_V[: got_V.size] - got_V
+        squares.append(error_V[np.isfinite(test.voltage_V)] ** 2)
+    return float(np.sqrt(np.mean(np.concatenate(squares))))
+
+
+def _full(found: Calibration) -> float:
+    """Of the first test."""
+    return float(min(found.problem.mapped(found.q, 0).numbers["initial_soc"], 1.0))
+
+
+def _to_fit(given: Given) -> tuple[Pack, list[ReferenceTest]]:
+    """The pack to start from, with its body and cooling, and the tests as a calibration has them.
+
+    A test with gaps in its voltage is as many tests, each from its own start.
+    """
+    parts = [part for t in given.tests for part in recorded_parts(t)]
+    cell, scale = given.start.cell, given.start.scale
+    body = replace(
+        cell,
+        heat_capacity_J_K=given.body.heat_capacity_J_K / scale,
+        cooling_area_m2=given.body.cooling_area_m2 / scale ** (2 / 3),
+    )
+    pack = replace(given.start, cell=body)
+    starts_K = [float(t.temperature_K[0]) for t in parts if t.temperature_K is not None]
+    if starts_K:
+        pack = _cooled(replace(pack, initial_K=float(np.mean(starts_K))), (*parts, *given.unseen))
+    return pack, [
+        ReferenceTest(
+            name=t.name, time_s=t.time_s, current_A=t.current_A, voltage_V=t.voltage_V,
+            between=Between.HOLD,
+            ambient_K=pack.initial_K if t.temperature_K is None else float(t.temperature_K[0]),
+        )
+        for t in parts
+    ]  # fmt: skip
+
+
+def _cooled(pack: Pack, tests: Sequence[RealTest]) -> Pack:
+    """The same with losses that heat it, and the cooling that the fastest whole test shows."""
+    most_C = max(np.ptp(t.drawn_C) for t in tests)
+    test = min(
+        (t for t in tests if np.ptp(t.drawn_C) > WHOLE * most_C), key=lambda t: float(t.time_s[-1])
+    )
+    measured_K = test.temperature_K
+    assert measured_K is not None
+    load = Load(time_s=test.time_s, current_A=test.current_A, ambient_K=float(measured_K[0]))
+
+    def heated(log_transfer: float) -> Pack:
+        heating = SelfHeating(heat_transfer_W_m2_K=float(np.exp(log_transfer)))
+        return replace(pack, effects=(*pack.effects, heating))
+
+    def misfit_K(log_transfer: float) -> float:
+        got_K = simulate(heated(log_transfer), load).temperature_K
+        return float(np.sqrt(np.mean((got_K - measured_K[: got_K.size]) ** 2)))
+
+    low, high = np.log(COOLING_W_m2_K)
+    best = minimize_scalar(misfit_K, bounds=(low, high), method="bounded", options={"xatol": 0.05})
+    return heated(float(best.x))
+
+
+def _key(given: Given) -> str:
+    """Hash of the inputs."""
+    told = sha256(write_bpx(given.start.cell, description="").encode())
+    settings = [VERSION, given.start.capacity_C, given.check, given.body, given.only]
+    told.update(repr(settings).encode())
+    for test in (*given.tests, *given.unseen):
+        told.update(test.name.encode())
+        for values in (test.time_s, test.current_A, test.voltage_V, test.temperature_K):
+            told.update(b"-" if values is None else np.ascontiguousarray(values).tobytes())
+    return told.hexdigest()[:16]

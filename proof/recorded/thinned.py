@@ -1,0 +1,54 @@
+"""Recordings with fewer samples, since a verdict simulates each of them thousands of times."""
+
+from dataclasses import replace
+
+import numpy as np
+import numpy.typing as npt
+
+from proof.recorded.measured import RealTest
+
+FloatArray = npt.NDArray[np.float64]
+
+FLOWS = 0.5  # of the largest current: the discharge has begun
+
+
+def every(test: RealTest, step_s: float) -> RealTest:
+    """A steady discharge from its first sample under load, samples about `step_s` apart.
+
+    Those of the first minute are kept: there the voltage bends most.
+    """
+    start = int(np.argmax(test.current_A > FLOWS * test.current_A.max()))
+    time_s = test.time_s[start:] - test.time_s[start]
+    size = max(1, round(step_s / float(np.median(np.diff(time_s)))))
+    early = int(np.searchsorted(time_s, 60.0)) if size > 1 else 0
+    rows = np.union1d(np.arange(0, early, max(size // 2, 1)), np.arange(early, time_s.size, size))
+    return _chosen(test, start + rows)
+
+
+def binned(test: RealTest, step_s: float) -> RealTest:
+    """Means over spans of about `step_s`, of the current as of the voltage; the charge stays."""
+    size = max(1, round(step_s / float(np.median(np.diff(test.time_s)))))
+    whole = test.time_s.size // size * size
+
+    def mean(values: FloatArray) -> FloatArray:
+        return np.asarray(values[:whole].reshape(-1, size).mean(axis=1), dtype=float)
+
+    time_s = mean(test.time_s)
+    return replace(
+        test,
+        time_s=time_s - time_s[0],
+        current_A=mean(test.current_A),
+        voltage_V=mean(test.voltage_V),
+        temperature_K=None if test.temperature_K is None else mean(test.temperature_K),
+    )
+
+
+def _chosen(test: RealTest, rows: npt.NDArray[np.int64]) -> RealTest:
+    temperature_K = None if test.temperature_K is None else test.temperature_K[rows]
+    return replace(
+        test,
+        time_s=test.time_s[rows] - test.time_s[rows[0]],
+        current_A=test.current_A[rows],
+        voltage_V=test.voltage_V[rows],
+        temperature_K=temperature_K,
+    )

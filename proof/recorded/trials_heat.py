@@ -1,0 +1,129 @@
+"""Trials of concealed temperature and transport on real cells, with controls: `heat_list`."""
+
+from collections.abc import Sequence
+from dataclasses import replace
+from functools import partial
+from pathlib import Path
+
+import numpy as np
+
+from proof.question import Question
+from proof.question import Recording as Given
+from proof.recorded.base import Base, rest_soc
+from proof.recorded.heat_bases import CELLS
+from proof.recorded.heat_list import ENTRIES, Entry, Kind
+from proof.recorded.measured import NotHere, RealTest
+from proof.trial import NoTrial, Trial
+from proof.truth import Channel, Truth
+from twin.constants import ZERO_CELSIUS_K
+from twin.mismatch.problem import Problem
+from twin.mismatch.split import split
+
+RESTS = 0.02  # of the largest current: less is a rest, whose voltage is that of the open circuit
+TRANSPORTS = ("electrolyte_transport", "solid_diffusion_negative", "solid_diffusion_positive")
+KINDS = {
+    Kind.ISOTHERMAL: "temperature",
+    Kind.MISSTATED: "temperature",
+    Kind.TRANSPORT: "transport",
+    Kind.CONTROL: "real control",
+    Kind.FOREIGN: "real control",
+}
+EFFECTS: dict[Kind, tuple[tuple[str, ...], ...]] = {
+    Kind.ISOTHERMAL: (("self_heating",),),
+    Kind.MISSTATED: (("cold_pack",),),
+    Kind.TRANSPORT: (TRANSPORTS,),
+    Kind.CONTROL: (),
+    Kind.FOREIGN: (),
+}
+SAID = {
+    Kind.ISOTHERMAL: "the cell warmed itself; the twin stays as warm as it was at the start",
+    Kind.MISSTATED: "start and surroundings were not at the 25 degC that the twin is told",
+    Kind.TRANSPORT: "the twin has another cell's diffusivities, radii, pores and salt",
+    Kind.CONTROL: "nothing: its publisher measured the twin on this cell, without heat",
+    Kind.FOREIGN: "uneven filling and a change of phase, which no homogeneous model has",
+}
+VERDICTS = {Kind.CONTROL: ("none", "unknown", "ambiguous"), Kind.FOREIGN: ("unknown",)}
+
+
+def heat_trials(folder: Path, cache: Path) -> tuple[Trial, ...]:
+    """All of `heat_list`, of the recordings in `folder`; calibrated twins are kept in `cache`."""
+    return tuple(
+        Trial(name=e.name, source=CELLS[e.cell].source, make=partial(_made, e, folder, cache))
+        for e in ENTRIES
+    )
+
+
+def _made(entry: Entry, folder: Path, cache: Path) -> tuple[Question, Truth]:
+    material = CELLS[entry.cell]
+    names = [name for name in (entry.fitted, entry.held_out) if name]
+    try:
+        tests = [material.recordings[name](folder) for name in names]
+        base = material.base(folder, cache)
+    except NotHere as e:
+        raise NoTrial(str(e)) from e
+    thin = [material.thin(test) for test in tests]
+    soc = start_soc(base, tests[0]) if material.rests else base.full_soc
+    question = _question(entry, base, soc, thin)
+    return question, _truth(entry, question, thin)
+
+
+def start_soc(base: Base, test: RealTest) -> float:
+    """State of charge by the first voltage, if no current flows yet; else as after any charge."""
+    if abs(test.current_A[0]) > RESTS * np.abs(test.current_A).max():
+        return base.full_soc
+    return rest_soc(base.pack.cell, float(test.voltage_V[0]))
+
+
+def _question(entry: Entry, base: Base, soc: float, tests: Sequence[RealTest]) -> Question:
+    """Recordings are called by their place; all start as the first one did."""
+    first = tests[0]
+    told_K = base.pack.initial_K if first.temperature_K is None else float(first.temperature_K[0])
+    if entry.told_C is not None:
+        told_K = entry.told_C + ZERO_CELSIUS_K
+    heats = entry.kind in (Kind.MISSTATED, Kind.TRANSPORT)
+    pack = base.heated() if heats else base.pack
+    given = [
+        Given(name=name_of(k), time_s=t.time_s, current_A=t.current_A, voltage_V=t.voltage_V)
+        for k, t in enumerate(tests)
+    ]
+    return Question(
+        pack=replace(pack, initial_soc=soc, initial_K=told_K),
+        ambient_K=told_K,
+        fitted=tuple(given[:1]),
+        held_out=tuple(given[1:]),
+        floor_V=base.error_V,
+    )
+
+
+def name_of(place: int) -> str:
+    """Of a recording in its question."""
+    return f"recording-{place + 1}"
+
+
+def _truth(entry: Entry, question: Question, tests: Sequence[RealTest]) -> Truth:
+    floor_V = float(question.floor_V or 0.0)
+    return Truth(
+        kind=KINDS[entry.kind],
+        said=f"{SAID[entry.kind]} ({CELLS[entry.cell].source})",
+        verdicts=VERDICTS.get(entry.kind, ("named",)),
+        effects=EFFECTS[entry.kind],
+        strength=missed_V(question) / floor_V,
+        floor_V=floor_V,
+        forbidden=("self_heating",) if entry.kind is Kind.CONTROL else (),
+        channels=tuple(
+            Channel(recording=name_of(k), time_s=t.time_s, temperature_K=t.temperature_K)
+            for k, t in enumerate(tests)
+            if t.temperature_K is not None
+        ),
+        details={f"recording {k + 1}": t.name for k, t in enumerate(tests)},
+    )
+
+
+def missed_V(question: Question) -> float:
+    """Rms by which the twin as given misses the fitted recordings.
+
+    Where it is empty before a recording ends, it is taken to stand at its cut-off from there.
+    """
+    data = split(question.flights(question.fitted), question.flights(question.held_out))
+    null = Problem(data.fitted, ())
+    return null.rms_V(np.zeros(null.size))

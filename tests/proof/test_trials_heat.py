@@ -1,0 +1,97 @@
+"""Trials of heat and transport: the list, the recordings as they are given, the cells they need."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from proof.recorded import leaf_cell
+from proof.recorded.base import charged_to, rest_soc
+from proof.recorded.heat_bases import CELLS
+from proof.recorded.heat_list import ENTRIES, Kind
+from proof.recorded.measured import NotHere, RealTest
+from proof.recorded.thinned import binned, every
+from proof.recorded.trials_heat import EFFECTS, KINDS, heat_trials
+from proof.trial import NoTrial
+from proof.truth import RECORDED
+from twin.bpx_file import open_circuit_V
+from twin.builtin import load_cell
+from twin.mismatch import HYPOTHESES
+
+SHARED = Path(__file__).parents[3] / "shared"  # recordings on the machine of who works on this
+
+
+def steady() -> RealTest:
+    """1 Hz, at rest for the first sample."""
+    t = np.arange(601.0)
+    i = np.where(t == 0, 0.0, 2.0)
+    return RealTest(name="steady", time_s=t, current_A=i, voltage_V=4.0 - 0.1 * i - 1e-4 * t)
+
+
+def test_names_are_told_apart_and_say_nothing() -> None:
+    names = [e.name for e in ENTRIES]
+    assert len(set(names)) == len(names)
+    said = [h.id for h in HYPOTHESES] + [k.value for k in Kind] + list(CELLS)
+    assert not any(word in name for name in names for word in said)
+
+
+def test_every_trial_has_its_recordings() -> None:
+    for e in ENTRIES:
+        assert e.fitted in CELLS[e.cell].recordings
+        assert not e.held_out or e.held_out in CELLS[e.cell].recordings
+
+
+def test_what_is_right_is_known_to_the_engine_and_to_the_proof() -> None:
+    known = {h.id for h in HYPOTHESES}
+    assert {i for slots in EFFECTS.values() for ids in slots for i in ids} <= known
+    assert set(KINDS.values()) <= set(RECORDED)
+
+
+def test_without_recordings_there_is_no_trial(tmp_path: Path) -> None:
+    for trial in heat_trials(tmp_path, tmp_path):
+        with pytest.raises(NoTrial, match="no recording"):
+            trial.make()
+
+
+def test_a_thinned_discharge_begins_under_load_and_ends_where_it_did() -> None:
+    thin = every(steady(), 5.0)
+    assert thin.current_A.min() == 2.0
+    assert thin.time_s[0] == 0.0
+    assert thin.time_s[-1] == 599.0 - 599.0 % 5.0
+    assert np.diff(thin.time_s).max() == 5.0
+
+
+def test_means_keep_the_charge() -> None:
+    rng = np.random.default_rng(1)
+    t = 0.1 * np.arange(4000)
+    i = rng.normal(2.0, 3.0, t.size)
+    test = RealTest(name="drive", time_s=t, current_A=i, voltage_V=4.0 - 0.01 * i)
+    mean = binned(test, 2.0)
+    assert np.diff(mean.time_s) == pytest.approx(2.0)
+    assert mean.current_A.sum() * 2.0 == pytest.approx(i.sum() * 0.1)
+    assert mean.voltage_V == pytest.approx(4.0 - 0.01 * mean.current_A)
+
+
+@pytest.mark.parametrize("soc", [0.05, 0.5, 1.0])
+def test_the_charge_at_rest_is_found_back(soc: float) -> None:
+    cell = load_cell("lg_m50")
+    assert rest_soc(cell, open_circuit_V(cell, soc)) == pytest.approx(soc, abs=1e-5)
+
+
+def test_a_cell_charged_higher_rests_there() -> None:
+    cell = charged_to(load_cell("lipo_2200"), 4.35, 3.0)
+    assert open_circuit_V(cell, 1.0) == pytest.approx(4.35, abs=1e-6)
+    assert cell.upper_cut_off_V == 4.35
+
+
+def test_the_potential_of_the_leaf_falls_as_the_electrode_fills() -> None:
+    try:
+        pulses = leaf_cell.pulses(SHARED)
+    except NotHere as e:
+        pytest.skip(str(e))
+    drawn_C, rest_V = leaf_cell.open_circuit(pulses)
+    assert (np.diff(drawn_C) >= 0).all()
+    assert (np.diff(rest_V) <= 0).all()
+    assert drawn_C[-1] / 3600 == pytest.approx(31.2, abs=0.1)  # of 33 Ah, as the file's counter
+    pack = leaf_cell.start_cell(pulses)
+    assert open_circuit_V(pack.cell, 1.0) == pytest.approx(rest_V[0], abs=2e-3)
