@@ -1,6 +1,9 @@
 """`twin`: the workbench of the electrochemical twin."""
 
+from collections.abc import Mapping
+from importlib import import_module
 from pathlib import Path
+from typing import NoReturn
 
 import click
 
@@ -54,13 +57,7 @@ def replay(**options: object) -> None:
     before is written), 2 if a file or an option cannot be used, 130 after Ctrl-C (the case at
     work is finished, and all are written).
     """
-
-    def command() -> int:
-        with held():
-            from analyze.workbench.replay import Request, run  # late: --help must not wait for them
-        return run(Request(**options))  # type: ignore[arg-type]
-
-    leave_with(command)
+    _leave_with("replay", options)
 
 
 @main.command()
@@ -106,14 +103,7 @@ def age(**options: object) -> None:
     1 if a cycle could not be completed (all before is written); 2 if a file or an option cannot be
     used; 130 after Ctrl-C (the cycle at work is finished, and all are written).
     """
-
-    def command() -> int:
-        with held():
-            from analyze.workbench.age import run  # late: --help must not wait for them
-            from analyze.workbench.life import Request
-        return run(Request(**options))  # type: ignore[arg-type]
-
-    leave_with(command)
+    _leave_with("age", options)
 
 
 @main.command()
@@ -191,13 +181,7 @@ def calibrate(**options: object) -> None:
     The exit code is 0 if the fit came to its end, 2 if a file or an option cannot be used, 130
     after Ctrl-C (the best so far is written, with what was not computed named).
     """
-
-    def command() -> int:
-        with held():
-            from analyze.workbench.calibrate import Request, run  # late, as above
-        return run(Request(**options))  # type: ignore[arg-type]
-
-    leave_with(command)
+    _leave_with("calibrate", options)
 
 
 @main.command()
@@ -252,13 +236,7 @@ def explain(**options: object) -> None:
     The exit code is 0 if there is a verdict, 2 if a file or an option cannot be used, 130 after
     Ctrl-C.
     """
-
-    def command() -> int:
-        with held():
-            from analyze.workbench.explain import Request, run  # late, as above
-        return run(Request(**options))  # type: ignore[arg-type]
-
-    leave_with(command)
+    _leave_with("explain", options)
 
 
 @main.command()
@@ -323,11 +301,16 @@ def prove(**options: object) -> None:
     if --check finds something), 2 if an option cannot be used, 130 after Ctrl-C (the trials at work
     are finished, what was judged is opened and shown).
     """
+    _leave_with("prove", options)
+
+
+def _leave_with(module: str, options: Mapping[str, object]) -> NoReturn:
+    """Run what a module makes of its Request; it is imported late: --help must not wait for it."""
 
     def command() -> int:
         with held():
-            from analyze.workbench.prove import Request, run  # late, as above
-        return run(Request(**options))  # type: ignore[arg-type]
+            late = import_module(f"analyze.workbench.{module}")
+        return int(late.run(late.Request(**options)))
 
     leave_with(command)
 

@@ -47,6 +47,18 @@ def named(
     )
 
 
+def candidate(
+    *ids: str, held_out_V: float, lost: float, probability: float = 0.0, excess: float = 1.0
+) -> Candidate:
+    return Candidate(
+        ids=ids,
+        held_out_rms_V=held_out_V,
+        delta_bic=lost,
+        probability=probability,
+        excess=excess,
+    )
+
+
 def finding(verdict: Verdict = Verdict.NAMED) -> Finding:
     """Self-heating, where something is named."""
     found = verdict in (Verdict.NAMED, Verdict.AMBIGUOUS)
@@ -81,35 +93,13 @@ def finding(verdict: Verdict = Verdict.NAMED) -> Finding:
             held_out_after=0.0082,
         ),
         candidates=(
-            Candidate(
-                ids=("self_heating",),
-                held_out_rms_V=0.0082,
-                delta_bic=0.0,
-                probability=0.97,
-                excess=1.0,
+            candidate("self_heating", held_out_V=0.0082, lost=0.0, probability=0.97),
+            candidate(
+                "current_gain", "self_heating", held_out_V=0.0082, lost=7.0, probability=0.03
             ),
-            Candidate(
-                ids=("current_gain", "self_heating"),
-                held_out_rms_V=0.0082,
-                delta_bic=7.0,
-                probability=0.03,
-                excess=1.0,
-            ),
-            Candidate(
-                ids=("current_gain",),
-                held_out_rms_V=0.021,
-                delta_bic=812.0,
-                probability=0.0,
-                excess=30.0,
-            ),
-            Candidate(
-                ids=("self_heating", "leakage"),
-                held_out_rms_V=0.0083,
-                delta_bic=19.0,
-                probability=0.0,
-                excess=1.0,
-            ),
-            Candidate(ids=(), held_out_rms_V=0.0352, delta_bic=4000.0, probability=0.0, excess=1.0),
+            candidate("current_gain", held_out_V=0.021, lost=812.0, excess=30.0),
+            candidate("self_heating", "leakage", held_out_V=0.0083, lost=19.0),
+            candidate(held_out_V=0.0352, lost=4000.0),
         ),
         terms=(Term(quantity="current squared", size_V=-0.0123, explained=0.61),)
         if verdict is Verdict.UNKNOWN
