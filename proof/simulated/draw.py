@@ -14,7 +14,7 @@ from proof.trial import Trial
 
 SHARES = {"control": 1 / 6, "foreign": 1 / 10, "pair": 1 / 10}  # the others have one effect
 BARELY = 0.15  # of single effects: between once and three times the noise
-STRENGTHS = (1.0, 3.0, 12.0)  # times the noise: borders of what is barely there and what is not
+STRENGTHS = (1.0, 3.5, 12.0)  # times the noise: borders of what is barely there and what is not
 NOISE_V = (4e-3, 12e-3)  # of the pack's voltage
 PACKS = ("lipo", "lipo", "lipo", "lipo", "lipo", "lipo", "lg_m50", "heated")
 SERIES = (3, 4, 6)
@@ -60,11 +60,11 @@ class Drawn:
         if attempt == 0:
             return self
         rng = np.random.default_rng([self.seed, attempt])
-        low, most = STRENGTHS[0], max(self.multiple / 2, STRENGTHS[1])
+        weaker = max(self.multiple / 2**attempt, STRENGTHS[1])
         return replace(
             self,
             flavours=_flavours(rng, self.effects),
-            multiple=min(self.multiple, float(rng.uniform(max(low, 0.8 * most), most))),
+            multiple=min(self.multiple, weaker),
             told=_told(rng, self.effects),
         )
 

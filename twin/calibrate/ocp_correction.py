@@ -15,6 +15,7 @@ from scipy.optimize import brentq
 from twin.bpx_file import open_circuit_V
 from twin.bpx_function import Expression
 from twin.bpx_out import plus
+from twin.calibrate.cell_map import Infeasible
 from twin.cell import Cell
 
 FloatArray = npt.NDArray[np.float64]
@@ -81,7 +82,7 @@ class Correction:
         )
 
     def of_cell(self, cell: Cell) -> Cell:
-        """The same cell with it; its windows end at the same rest voltages."""
+        """The same cell with it; its windows end at the same rest voltages, else Infeasible."""
         every = self.width / ROWS_A_WIDTH
         positive, branches = cell.positive, cell.positive_hysteresis
         raised = replace(positive, ocp_V=plus(positive.ocp_V, self.added, every))
@@ -103,7 +104,10 @@ def bumps(y: FloatArray, centres: Sequence[float], width: float) -> FloatArray:
 
 
 def _end(cell: Cell, soc: float, voltage_V: float) -> float:
-    """Positive stoichiometry where the cell, full (soc 1) or empty (0), rests at a voltage."""
+    """Positive stoichiometry where the cell, full (soc 1) or empty (0), rests at a voltage.
+
+    Infeasible if that is further than WINDOW_MOVES from where it did before.
+    """
     positive, full = cell.positive, soc > 0.5
 
     def above_V(y: float) -> float:
@@ -116,4 +120,10 @@ def _end(cell: Cell, soc: float, voltage_V: float) -> float:
 
     old = positive.stoichiometry_min if full else positive.stoichiometry_max
     reach = min(WINDOW_MOVES, old, 1 - old)
+    ends_V = above_V(old - reach), above_V(old + reach)
+    if ends_V[0] * ends_V[1] > 0:
+        raise Infeasible(
+            f"the corrected curve comes to {voltage_V:.3f} V nowhere near {old:.3f}",
+            by=min(map(abs, ends_V)),
+        )
     return float(brentq(above_V, old - reach, old + reach, xtol=1e-12))

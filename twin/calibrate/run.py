@@ -20,6 +20,7 @@ from twin.calibrate.cell_map import Infeasible
 from twin.calibrate.checks import Fitted, fitted, predicted
 from twin.calibrate.information import Information, information
 from twin.calibrate.objective import Problem, labelled_C
+from twin.calibrate.ocp_correction import Correction
 from twin.calibrate.ocp_evidence import demanded
 from twin.calibrate.parameters import EMPTY_ENDS
 from twin.calibrate.polish import Polished, polish
@@ -189,10 +190,17 @@ def _finished(start: Progress) -> Iterator[Progress]:
         yield best
     found = demanded(best.problem, best.q)
     if found is not None:
+        yield _corrected(best, found) or replace(best, stage=CORRECTION)
+
+
+def _corrected(best: Progress, found: Correction) -> Progress | None:
+    """With the curve corrected; None if no cell has it, or the tests are followed no better."""
+    try:
         whole = best.problem.corrected(found)
-        trial = _progress(whole, CORRECTION, best.q, whole.cost(best.q))
-        better = _mean_square_V2(trial) < _mean_square_V2(best)
-        yield trial if better else replace(best, stage=CORRECTION)
+    except Infeasible:
+        return None
+    trial = _progress(whole, CORRECTION, best.q, whole.cost(best.q))
+    return trial if _mean_square_V2(trial) < _mean_square_V2(best) else None
 
 
 def _mean_square_V2(at: Progress) -> float:

@@ -22,6 +22,7 @@ from twin.mismatch.problem import Evidence, Problem
 FloatArray = npt.NDArray[np.float64]
 
 MOST_STEPS = 25
+MOST_FOLLOWED = 3  # of the starts, those that miss least
 SMALL_GAIN = 1e-3  # of the cost, expected of the last step: what is left after it is far less
 NOTHING: Mapping[str, Mapping[str, float]] = MappingProxyType({})
 
@@ -142,15 +143,17 @@ def fit(
 ) -> Fitted:  # fmt: skip
     """The best of the fits from all starts.
 
-    `known` are numbers of hypotheses in smaller models: they are starts too, and then only the best
-    of all starts is followed. `problem` is that of the fitted recordings if it is there already.
+    Of many starts the best MOST_FOLLOWED are followed. `known` are numbers of hypotheses in smaller
+    models: they are starts too, and then only the best of all is followed. `problem` is that of the
+    fitted recordings if it is there already.
     """
     own, judge = data.problems(hypotheses)
     problem = problem or own
     starts = problem.starts()
     if known:
         starts += problem.starts_from(known)
-        starts = [min(starts, key=problem.cost)]
+    if len(starts) > (most := 1 if known else MOST_FOLLOWED):
+        starts = sorted(starts, key=problem.cost)[:most]
     best_q, best_cost = np.zeros(problem.size), np.inf
     for start in starts:
         for step in polish(problem, start, most_steps=MOST_STEPS, small_gain=SMALL_GAIN):

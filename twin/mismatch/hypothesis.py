@@ -101,8 +101,12 @@ SEVERAL: Mapping[str, tuple[tuple[str, ...], tuple[tuple[float, ...], ...]]] = {
         ((0.95, 0.0, 0.001), (1.0, -0.05, 0.001), (1.0, 0.0, 0.01)),
     ),
     "reaction_kinetics": (("negative_factor", "positive_factor"), ((1.0, 1.0),)),
+    "clock_shift": (("shift_s",), tuple((0.25 * k,) for k in range(-12, 13))),
 }
-"""Fitted numbers and starts of effects for which they are not just all, from the prior's centre."""
+"""Fitted numbers and starts of effects for which they are not just all, from the prior's centre.
+
+Of a clock all shifts that it may have: gusts that do not overlap draw a fit nowhere, and between
+samples every shift averages noise, a minimum of its own half a sample from none."""
 
 
 def _plain(kind: type[AnyEffect]) -> Hypothesis:

@@ -1,0 +1,62 @@
+"""What a sceptic asks for has to be as good as it can be, or it proves nothing."""
+
+import numpy as np
+import pytest
+
+from proof.baselines import by_chance
+from proof.correction import Answered, corrected
+from tests.proof import trials
+from twin.mismatch import HYPOTHESES
+from twin.simulate import simulate
+
+
+def answered(residual_V: np.ndarray[tuple[int], np.dtype[np.float64]], seed: int) -> Answered:
+    question = trials.asked(0.0, (seed, seed + 1))
+    load = question.load(question.fitted[0])
+    return Answered(
+        load=load,
+        solution=simulate(question.pack, load),
+        residual_V=residual_V[: load.time_s.size],
+    )
+
+
+def test_a_correction_finds_the_terms_that_are_there_and_predicts() -> None:
+    noise = np.random.default_rng(0).normal(0, 8e-3, 1201)
+    own, ahead = answered(noise, 1), answered(noise[::-1], 3)
+
+    def there(a: Answered) -> np.ndarray[tuple[int], np.dtype[np.float64]]:
+        columns = a.library()
+        return np.asarray(0.004 * columns["current"] - 1e-5 * columns["(current squared)²"] + 0.03)
+
+    found = corrected([Answered(load=own.load, solution=own.solution,
+                                residual_V=own.residual_V + there(own))])  # fmt: skip
+    assert "current" in " ".join(found.names)
+    error_V = found.at(ahead) - there(ahead)
+    assert np.sqrt(np.mean(error_V**2)) < 0.1 * np.std(there(ahead))
+
+
+def test_of_noise_alone_hardly_anything_is_made() -> None:
+    noise = np.random.default_rng(1).normal(0, 8e-3, 1201)
+    own = answered(noise, 1)
+    found = corrected([own])
+    assert np.std(found.at(own)) < 1.5e-3
+
+
+def test_a_residual_that_is_cut_off_counts_where_it_is() -> None:
+    noise = np.random.default_rng(2).normal(0, 8e-3, 1201)
+    noise[:600] = np.nan
+    assert np.isfinite(corrected([answered(noise, 1)]).constant_V)
+
+
+@pytest.mark.parametrize("named", [["series_resistance"], ["cold_pack", "weak_cell"]])
+def test_an_effect_by_chance_is_another_with_as_many_numbers(named: list[str]) -> None:
+    sizes = {h.id: len(h.fitted) for h in HYPOTHESES}
+    seen = set()
+    for seed in range(30):
+        chosen = by_chance(named, seed, series=4)
+        assert not {h.id for h in chosen} & set(named)
+        assert len({h.id for h in chosen}) == len(named)
+        assert [len(h.fitted) for h in chosen] == [sizes[e] for e in named] or "weak_cell" in named
+        seen |= {h.id for h in chosen}
+    assert len(seen) > 2
+    assert "weak_cell" not in {h.id for h in by_chance(named, 0, series=1)}

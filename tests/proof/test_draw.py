@@ -1,0 +1,61 @@
+"""Trials drawn from a seed."""
+
+from collections import Counter
+from pathlib import Path
+
+import pytest
+
+from proof.simulated.configured import END_SOC
+from proof.simulated.draw import Drawn, draw, trials
+from proof.simulated.effects import ALL, FOREIGN, LIBRARY
+
+
+def test_the_same_seed_draws_the_same_trials_and_another_others() -> None:
+    assert draw(7, 30) == draw(7, 30)
+    assert draw(7, 30) != draw(8, 30)
+
+
+def test_sixty_trials_have_ten_controls_and_every_effect() -> None:
+    drawn = draw(0, 60)
+    assert Counter(d.kind for d in drawn) == {
+        "control": 10, "foreign": 6, "pair": 6, "single": 38,
+    }  # fmt: skip
+    singles = Counter(e for d in drawn if d.kind == "single" for e in d.effects)
+    assert set(singles) == set(LIBRARY)
+    assert max(singles.values()) == 2  # none twice before all came once
+    assert {e for d in drawn if d.kind == "foreign" for e in d.effects} <= set(FOREIGN)
+
+
+@pytest.mark.parametrize("count", [0, 1, 2, 7])
+def test_so_many_as_were_asked_for(count: int) -> None:
+    assert len(draw(3, count)) == count
+
+
+def test_a_name_tells_nothing() -> None:
+    pytest.importorskip("pybamm", reason="PyBaMM makes the truths")
+    names = [t.name for t in trials(0, 12, Path())]
+    assert names == [f"trial-{k:03d}" for k in range(1, 13)]
+
+
+def test_strong_effects_are_strong_and_another_way_is_never_stronger() -> None:
+    drawn = draw(1, 300)
+    assert all(1.0 <= d.multiple <= 12.0 for d in drawn)
+    assert all(d.multiple >= 3.5 for d in drawn if d.kind in ("pair", "foreign"))
+    barely = [d for d in drawn if d.kind == "single" and d.multiple < 3.5]
+    assert 0.05 < len(barely) / sum(d.kind == "single" for d in drawn) < 0.25
+    for d in drawn:
+        for attempt in (1, 2):
+            other = d.otherwise(attempt)
+            assert other.multiple <= d.multiple
+            assert other.multiple >= min(d.multiple, 3.5)
+            assert other.effects == d.effects
+
+
+def test_no_flight_draws_more_than_there_is() -> None:
+    for d in draw(2, 200):
+        low, high = d.drawn
+        assert 0 < low < high < d.told.start_soc
+        assert d.told.start_soc - high == pytest.approx(END_SOC[d.told.cell][0])
+        assert not ("self_heating" in d.effects and d.told.heat_transfer_W_m2_K)
+        assert all(e in ALL for e in d.effects)
+        assert isinstance(d, Drawn)

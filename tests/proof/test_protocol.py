@@ -1,0 +1,190 @@
+"""Sealed, judged, opened: in that order, and whoever changes anything is found out."""
+
+import json
+import shutil
+from collections.abc import Mapping
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+pytest.importorskip("cryptography", reason="truths are sealed with `cryptography`")
+
+from proof import run as protocol
+from proof.check import broken
+from proof.judge import VERDICT, NoVerdict, Verdict, judge
+from proof.ledger import EVENTS, Ledger, LedgerError, read_ledger
+from proof.outcome import Judged, NotMade, Outcome
+from proof.question import Question
+from proof.run import LEDGER, QUESTION, SEALED, TRUTH, WRITTEN, Watch, prove
+from proof.seal import seal, truth_of, truth_text, unseal
+from proof.trial import Trial
+from tests.proof import trials
+
+Results = tuple[tuple[Judged, ...], tuple[NotMade, ...], str]
+NAMED: Mapping[str, Any] = {
+    "verdict": "named",
+    "effects": [
+        {
+            "id": "series_resistance", "probability": 0.99, "equivalent": ["film_resistance"],
+            "parameters": [
+                {"name": "resistance_ohm", "value": 0.0202, "std": 1e-4, "unit": "Ohm"}
+            ],
+        }
+    ],
+    "rmse_mv": {
+        "noise_floor": 8.0, "before": 100.0, "after": 8.0, "holdout_before": 100.0,
+        "holdout_after": 8.1,
+    },
+}  # fmt: skip
+
+
+def watch() -> Watch:
+    return Watch(tell=lambda *_: None, stop=lambda: False)
+
+
+def says_resistance(question: Question, files: Path, out: Path) -> Verdict:
+    """In place of the judge: what it is given is looked at, what it writes is known."""
+    assert question.floor_V is None
+    assert sorted(p.name for p in files.iterdir()) == ["flight-1.csv", "held-out.csv", "pack.toml"]
+    trial = files.parent
+    assert sorted(p.name for p in trial.iterdir()) == [QUESTION, SEALED]
+    token = (trial / SEALED).read_bytes()
+    assert b"series_resistance" not in token
+    out.mkdir()
+    (out / VERDICT).write_text(json.dumps(NAMED))
+    return Verdict(content=NAMED, seconds=0.1)
+
+
+@pytest.fixture(scope="module")
+def proven(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, Results]:
+    """A trial, a control, two that cannot be made; the judge always names a resistance."""
+    folder = tmp_path_factory.mktemp("proven")
+    every = [
+        trials.trial("trial-001", trials.OHM),
+        trials.trial("trial-002", 0.0),
+        Trial(name="trial-003", source="nobody", make=trials.refused),
+        Trial(name="trial-004", source="nobody", make=trials.broken),
+    ]
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(protocol, "judge", says_resistance)
+        return folder, prove(every, folder, jobs=1, watch=watch())
+
+
+@pytest.mark.slow
+def test_every_verdict_is_written_before_any_truth_is_opened(proven: tuple[Path, Results]) -> None:
+    folder, _ = proven
+    entries = read_ledger((folder / LEDGER).read_text())
+    assert [e.event for e in entries] == ["sealed"] * 2 + ["judged"] * 2 + ["opened"] * 2
+    assert broken(folder) == (2, [])
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("file", [f"{WRITTEN}/{VERDICT}", TRUTH, SEALED, f"{QUESTION}/pack.toml"])
+def test_a_file_that_is_changed_afterwards_is_found(
+    proven: tuple[Path, Results], file: str, tmp_path: Path
+) -> None:
+    copy = tmp_path / "copy"
+    shutil.copytree(proven[0], copy)
+    path = copy / "trials" / "trial-001" / file
+    path.write_bytes(path.read_bytes().replace(b"0", b"1", 1))
+    _, found = broken(copy)
+    assert found
+    assert all(text.startswith("trial-001") for text in found)
+    path.unlink()
+    assert any("missing" in text or QUESTION in text for text in broken(copy)[1])
+
+
+@pytest.mark.slow
+def test_outcomes_numbers_and_channels_of_what_was_opened(proven: tuple[Path, Results]) -> None:
+    done, left, _ = proven[1]
+    assert [(j.name, j.outcome) for j in done] == [
+        ("trial-001", Outcome.RIGHT),
+        ("trial-002", Outcome.WRONG),  # named where nothing is: a false alarm
+    ]
+    (number,) = done[0].sized
+    assert (number.true, number.found) == (trials.OHM, 0.0202)
+    (channel,) = done[0].channels
+    assert channel.rms_before == pytest.approx(1.0, abs=1e-9)  # it was made 1 K warmer
+    refit, correction, other = done[0].baselines
+    assert [b.id for b in (refit, correction, other)] == ["refit", "correction", "random"]
+    assert refit.held_out_V < 2 * done[0].noise_V  # the refit has that resistance too
+    assert [(n.name, n.reason) for n in left] == [
+        ("trial-003", "sealed: there is no recording of it"),
+        ("trial-004", "not sealed: ZeroDivisionError: a fault of ours"),
+    ]
+
+
+@pytest.mark.slow
+def test_the_judge_itself_names_it(tmp_path: Path) -> None:
+    question = trials.asked(trials.OHM)
+    files = tmp_path / QUESTION
+    files.mkdir()
+    question.write(files)
+    verdict = judge(question, files, tmp_path / WRITTEN)
+    ids = [(e["id"], *e["equivalent"]) for e in verdict.content["effects"]]
+    assert verdict.content["verdict"] == "named"
+    assert len(ids) == 1
+    assert "series_resistance" in ids[0]
+
+
+def test_a_question_that_cannot_be_judged_says_why(tmp_path: Path) -> None:
+    question = trials.asked(0.0)
+    short = [
+        replace(r, time_s=r.time_s[:20], current_A=r.current_A[:20], voltage_V=r.voltage_V[:20])
+        for r in (*question.fitted, *question.held_out)
+    ]
+    question = replace(question, fitted=(short[0],), held_out=(short[1],))
+    question.write(tmp_path)
+    with pytest.raises(NoVerdict, match="20 samples"):
+        judge(question, tmp_path, tmp_path / "out")
+
+
+def test_what_is_sealed_opens_by_its_key_alone() -> None:
+    truth = trials.true_of(trials.OHM, trials.asked(trials.OHM))
+    token, key = seal(truth)
+    assert truth_text(unseal(token, key)) == truth_text(truth)
+    assert truth_of(truth_text(truth)).effects == truth.effects
+    _, other = seal(truth)
+    with pytest.raises(ValueError, match="the key does not open"):
+        unseal(token, other)
+
+
+def test_a_ledger_with_a_line_changed_put_in_or_taken_out_is_broken(tmp_path: Path) -> None:
+    ledger = Ledger(tmp_path / LEDGER)
+    for event in EVENTS:
+        ledger.append(event, "trial-001", {"file": "0" * 64})
+    lines = (tmp_path / LEDGER).read_text().splitlines()
+    assert len(read_ledger("\n".join(lines))) == 3
+    for bad in (
+        [lines[0].replace("trial-001", "trial-002"), *lines[1:]],
+        [lines[0], lines[0], *lines[1:]],
+        [lines[0], lines[2]],
+        ["{}", *lines],
+        [lines[1], lines[0], lines[2]],
+    ):
+        with pytest.raises(LedgerError, match="entry"):
+            read_ledger("\n".join(bad))
+
+
+def test_a_truth_that_is_opened_before_its_verdict_is_refused(tmp_path: Path) -> None:
+    ledger = Ledger(tmp_path / LEDGER)
+    for event in ("sealed", "opened", "judged"):
+        ledger.append(event, "trial-001", {"file": "0" * 64})
+    with pytest.raises(LedgerError, match="expected sealed, judged, opened"):
+        read_ledger((tmp_path / LEDGER).read_text())
+
+
+def test_after_a_stop_what_was_judged_is_opened(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(protocol, "judge", says_resistance)
+    seen: list[str] = []
+    told = Watch(tell=lambda phase, *_: seen.append(phase), stop=lambda: seen.count("judged") == 1)
+    every = [trials.trial(f"trial-{k:03d}", 0.0) for k in (1, 2, 3)]
+    done, left, _ = prove(every, tmp_path, jobs=1, watch=told)
+    assert len(done) >= 1
+    assert len(done) + len(left) == 3
+    assert {n.reason for n in left} <= {"stopped before"}
+    assert broken(tmp_path)[1] == []
