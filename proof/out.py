@@ -6,7 +6,7 @@ from typing import Any
 
 from proof.outcome import Baseline, Judged, Named, Opened, Proof, Sized, Stamp
 from proof.tally import Share, Tally, by_class, kinds_not_run
-from proof.targets import Target, capacity_error, held_out_ratio, targets
+from proof.targets import Target, capacity_error, over_floor, over_noise, targets
 from proof.truth import Truth
 
 VERSION = 1
@@ -91,7 +91,8 @@ def _judged(j: Judged) -> dict[str, Any]:
         "noise_mv": 1e3 * j.noise_V,
         "held_out_before_mv": 1e3 * j.held_out_before_V,
         "held_out_after_mv": 1e3 * j.held_out_after_V,
-        "held_out_over_noise": held_out_ratio(j),
+        "held_out_over_noise": over_noise(j),
+        "held_out_over_floor": over_floor(j),
         "baselines": [_baseline(b) for b in j.baselines],
         "sized": [_sized(s) for s in j.sized],
         "channels": [_channel(c) for c in j.channels],

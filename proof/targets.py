@@ -75,34 +75,37 @@ class Target:
 
 
 def targets(trials: Sequence[Judged]) -> tuple[Target, ...]:
-    """All of them, those without a trial included."""
+    """All of them, those without a trial included; held-out errors are of what named something."""
     return (
         _share("strong", "right, simulated effects at 3 × noise or more", RIGHT,
                filter(strong, trials)),
         _false_alarms(trials),
         _real(trials),
         _worst(
-            "temperature", "concealed temperature, rms", TEMPERATURE_K, "K",
-            concealed(trials, "temperature"),
-        ),
-        _worst(
             "capacity", "concealed capacity, relative error", CAPACITY, "1", _capacities(trials),
         ),
-        _worst(
-            "weak cell", "concealed voltage of the weakest cell, rms", WEAK_CELL_V, "V",
-            concealed(trials, "weakest cell"),
+        *(
+            _worst(
+                f"{name} {where}", f"concealed {said}, rms, {where}", limit, unit,
+                concealed(filter(member, trials), channel),
+            )
+            for name, channel, said, limit, unit in (
+                ("temperature", "temperature", "temperature", TEMPERATURE_K, "K"),
+                ("weak cell", "weakest cell", "voltage of the weakest cell", WEAK_CELL_V, "V"),
+            )
+            for where, member in (("recorded", recorded), ("simulated", simulated))
         ),
         _worst(
-            "held out simulated", "held-out error over noise where something was named, simulated",
-            OVER_NOISE, "1", _ratios(trials, simulated, held_out_ratio),
+            "held out simulated", "held-out error over the true noise, simulated",
+            OVER_NOISE, "1", _ratios(trials, simulated, over_floor),
         ),
         _worst(
-            "held out recorded", "held-out error over noise where something was named, recorded",
-            OVER_NOISE, "1", _ratios(trials, recorded, held_out_ratio),
+            "held out recorded", "held-out error over the noise as estimated, recorded",
+            OVER_NOISE, "1", _ratios(trials, recorded, over_noise),
         ),
         _worst(
             "held out floor", "held-out error over noise and the base twin's own error, recorded",
-            OVER_NOISE, "1", _ratios(trials, recorded, held_out_over_floor),
+            OVER_NOISE, "1", _ratios(trials, recorded, over_floor),
         ),
     )  # fmt: skip
 
@@ -134,18 +137,18 @@ def capacity_error(trial: Judged) -> float | None:
     return None if found is None or not true else found / true - 1.0
 
 
-def held_out_ratio(trial: Judged) -> float | None:
-    """Error on what was held out, with what was named, over the noise there."""
-    if not trial.noise_V > 0 or not isfinite(trial.held_out_after_V):
-        return None
-    return trial.held_out_after_V / trial.noise_V
+def over_noise(trial: Judged) -> float | None:
+    """Error on what was held out, with what was named, over the noise as the tool estimates it."""
+    return _over(trial.held_out_after_V, trial.noise_V)
 
 
-def held_out_over_floor(trial: Judged) -> float | None:
-    """The same over what the base twin misses by without what is there, noise included."""
-    if not trial.truth.floor_V > 0 or not isfinite(trial.held_out_after_V):
-        return None
-    return trial.held_out_after_V / trial.truth.floor_V
+def over_floor(trial: Judged) -> float | None:
+    """The same over the sealed floor: the true noise and, of a real cell, the twin's own error."""
+    return _over(trial.held_out_after_V, trial.truth.floor_V)
+
+
+def _over(error_V: float, least_V: float) -> float | None:
+    return error_V / least_V if least_V > 0 and isfinite(error_V) else None
 
 
 def _share(name: str, what: str, limit: float, trials: Iterable[Judged]) -> Target:

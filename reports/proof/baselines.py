@@ -31,7 +31,7 @@ WON = (
     Column(title="better by [%]"),
     Column(title="its error [mV]"),
     Column(title="with what the tool said [mV]"),
-    Column(title="noise [mV]"),
+    Column(title="floor [mV]"),
     Column(title="it holds the truth", numeric=False),
     Column(title="the verdict was", numeric=False),
 )
@@ -83,7 +83,7 @@ def holds_truth(t: Judged, b: Baseline) -> bool:
 
 
 def methods(own: Sequence[Judged]) -> tuple[Method, ...]:
-    """The tool and each baseline, as they are drawn: errors over noise."""
+    """The tool and each baseline, as they are drawn: errors over the floor."""
     out = [Method(name=OURS, ours=True, points=_points((t, t.held_out_after_V) for t in own))]
     for i in present(own):
         errors = ((t, b.held_out_V) for t in own for b in t.baselines if b.id == i)
@@ -92,11 +92,11 @@ def methods(own: Sequence[Judged]) -> tuple[Method, ...]:
 
 
 def _points(errors: Iterable[tuple[Judged, float]]) -> tuple[tuple[float, Judged], ...]:
-    """Errors over noise that can be drawn on a logarithmic scale."""
+    """Errors over the floor that can be drawn on a logarithmic scale."""
     return tuple(
-        (error_V / t.noise_V, t)
+        (error_V / t.truth.floor_V, t)
         for t, error_V in errors
-        if t.noise_V > 0 and isfinite(error_V) and error_V > 0
+        if t.truth.floor_V > 0 and isfinite(error_V) and error_V > 0
     )
 
 
@@ -123,13 +123,15 @@ def _said(own: Sequence[Judged], better: tuple[Win, ...]) -> tuple[str, ...]:
 def _figure(own: Sequence[Judged]) -> Figure:
     drawn = methods(own)
     medians = [
-        f"{m.name} {significant(float(np.median([x for x, _ in m.points])), 2)} × noise"
+        f"{m.name} {significant(float(np.median([x for x, _ in m.points])), 2)} ×"
         for m in drawn
         if m.points
     ]
     return Figure(
-        caption=f"Error on what was held out. Medians: {'; '.join(medians)}.",
-        description=f"Held-out errors over noise, a row a method. Medians: {'; '.join(medians)}.",
+        caption="Error on what was held out over the floor: the noise put in or, of recorded "
+        f"trials, noise and the base twin's own error. Medians: {'; '.join(medians)}.",
+        description=f"Held-out errors over the floor, a row a method. "
+        f"Medians: {'; '.join(medians)}.",
         svg=spread(drawn, "baselines"),
     )
 
@@ -143,7 +145,7 @@ def _won_table(better: tuple[Win, ...]) -> tuple[Table, ...]:
             Cell(text=str(b.numbers)),
             Cell(text=fixed(100 * (1 - b.held_out_V / t.held_out_after_V), 1)),
             Cell(text=mV(b.held_out_V)),
-            Cell(text=mV(t.held_out_after_V)), Cell(text=mV(t.noise_V)),
+            Cell(text=mV(t.held_out_after_V)), Cell(text=mV(t.truth.floor_V)),
             Cell(text="yes" if holds_truth(t, b) else "no"),
             Cell(text=t.outcome.value, doubt=t.outcome is not Outcome.RIGHT),
         )
@@ -161,7 +163,7 @@ def _table(own: Sequence[Judged], ids: Sequence[str]) -> Table:
         Column(title="trial", numeric=False, whole=True),
         Column(title="outcome", numeric=False),
         *(Column(title=f"{title} [mV]") for title in (OURS, *(WORDS.get(i, i) for i in ids))),
-        Column(title="noise [mV]"),
+        Column(title="floor [mV]"),
     )
     return Table(
         caption="Error of each on what was held out, rms",
@@ -184,5 +186,5 @@ def _row(t: Judged, ids: Sequence[str]) -> tuple[Cell, ...]:
         Cell(text=t.outcome.value, doubt=t.outcome is not Outcome.RIGHT),
         Cell(text=mV(t.held_out_after_V)),
         *cells,
-        Cell(text=fixed(1e3 * t.noise_V, 1)),
+        Cell(text=mV(t.truth.floor_V)),
     )

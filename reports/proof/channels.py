@@ -8,6 +8,7 @@ from matplotlib.backends.backend_svg import FigureCanvasSVG
 from matplotlib.figure import Figure as Canvas
 
 from proof.outcome import Judged, Opened, Proof
+from proof.tally import simulated
 from proof.targets import CAPACITY, TEMPERATURE_K, WEAK_CELL_V, capacity_error, predicted_rms
 from reports.plots import (
     COMMANDED,
@@ -31,7 +32,7 @@ ABREAST = 3
 HEIGHT_IN = 1.85
 ORDER = ("temperature", "weakest cell")  # of drawings; what else there is follows
 DRAWN = 250  # columns of a small drawing
-MOST_DRAWN = 18  # of one channel; of more those with the largest error
+MOST_DRAWN = 18  # of one channel; of more recorded ones, those with the largest error
 LIMITS = {"temperature": TEMPERATURE_K, "weakest cell": WEAK_CELL_V}
 COLUMNS = (
     Column(title="trial", numeric=False, whole=True),
@@ -56,7 +57,8 @@ Pair = tuple[Judged, Opened]
 
 def channels(proof: Proof) -> Section | None:
     """Drawings by channel, a table of all, and capacities; None if nothing was concealed."""
-    own = [(t, c) for t in proof.trials for c in t.channels]
+    trials = sorted(proof.trials, key=simulated)
+    own = [(t, c) for t in trials for c in t.channels]
     asked = [t for t in proof.trials if t.truth.capacity_C is not None]
     if not own and not asked:
         return None
@@ -65,9 +67,9 @@ def channels(proof: Proof) -> Section | None:
         id="channels",
         title="What was concealed, revealed",
         lead=(
-            "The tool had current and voltage alone. These were measured at the same time, sealed, "
-            "and looked at when the verdict was written. Before: the twin as configured; after: "
-            "the twin with what was named.",
+            "The tool had current and voltage alone. What is shown here was recorded or simulated "
+            "with them, sealed, and looked at when the verdict was written. Before: the twin as "
+            "configured; after: the twin with what was named. Recorded ones come first.",
         ),
         figures=tuple(
             _figure([p for p in own if p[1].channel == which], which, f"channel{k}")
@@ -78,7 +80,7 @@ def channels(proof: Proof) -> Section | None:
 
 
 def _figure(own: Sequence[Pair], which: str, place: str) -> Figure:
-    worst = sorted(own, key=lambda p: -predicted_rms(p[1]))[:MOST_DRAWN]
+    worst = sorted(own, key=lambda p: (simulated(p[0]), -predicted_rms(p[1])))[:MOST_DRAWN]
     drawn = [p for p in own if any(p is w for w in worst)]
     abreast = min(ABREAST, len(drawn))
     down = -(-len(drawn) // abreast)
@@ -100,7 +102,7 @@ def _figure(own: Sequence[Pair], which: str, place: str) -> Figure:
         loc="outside upper left", ncols=3, frameon=False,
     )  # fmt: skip
     more = len(own) - len(drawn)
-    rest = f" {more} more, with smaller errors, are in the table alone." if more else ""
+    rest = f" {more} more are in the table alone." if more else ""
     return Figure(
         caption=f"{which}: measured, and by the twins; rms of predicted minus measured.{rest}",
         description="; ".join(f"{t.name}, {c.recording}: {_errors(c)}" for t, c in drawn),

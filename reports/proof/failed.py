@@ -1,6 +1,7 @@
 """Whatever went wrong, before anything else and in full."""
 
 from proof.outcome import Judged, Outcome, Proof
+from proof.targets import over_floor
 from reports.proof.baselines import won
 from reports.proof.words import mV, plural, probabilities, times, verdict, why
 from reports.quantity import significant
@@ -51,14 +52,12 @@ def told(j: Judged) -> str:
     """One failure: what was there, what was said, what is left."""
     likely = f" ({probabilities(j)})" if j.named else ""
     left = f"{mV(j.held_out_after_V)} of {mV(j.held_out_before_V)} mV"
-    over = ""
-    if j.noise_V > 0:
-        over = (
-            f", {significant(j.held_out_after_V / j.noise_V, 2)} × the noise of {mV(j.noise_V)} mV"
-        )
+    over, ratio = "", over_floor(j)
+    if ratio is not None:
+        over = f", {significant(ratio, 2)} × the floor of {mV(j.truth.floor_V)} mV"
     return (
         f"{j.name}: {j.outcome.value}. In the data ({j.truth.kind}, {j.source}, "
-        f"{times(j.truth.strength)} noise): {j.truth.said}. Said: {verdict(j)}{likely}. "
+        f"{times(j.truth.strength)} floor): {j.truth.said}. Said: {verdict(j)}{likely}. "
         f"Why: {why(j)}. Left on what was held out: {left}{over}."
     )
 

@@ -34,11 +34,19 @@ COLUMNS = (
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Size:
-    """A number of a trial; `off` in stated deviations, None without them."""
+    """A number of a trial.
+
+    Attributes:
+        trial: name of it.
+        of: the number.
+        off: found minus true in stated deviations; None without them.
+        renamed: its effect was found under the name of one that looks the same.
+    """
 
     trial: str
     of: Sized
     off: float | None
+    renamed: bool
 
 
 def sizes(proof: Proof) -> Section | None:
@@ -54,7 +62,10 @@ def sizes(proof: Proof) -> Section | None:
     ]
     lead += [_held(told)] if told else []
     if absent:
-        lead.append(f"{plural(absent, 'number')} of effects that were not named, without a figure.")
+        lead.append(
+            f"{plural(absent, 'number')} without a figure: the effect was not named, or under the "
+            "name of one that looks the same, which has other numbers."
+        )
     return Section(
         id="sizes",
         title="Sizes found and true",
@@ -70,10 +81,13 @@ def sizes(proof: Proof) -> Section | None:
 
 
 def _size(t: Judged, s: Sized) -> Size:
-    if s.found is None or s.std is None or not s.std > 0:
-        return Size(trial=t.name, of=s, off=None)
-    off = (s.found - s.true) / s.std
-    return Size(trial=t.name, of=s, off=off if isfinite(off) else None)
+    off = None
+    if s.found is not None and s.std is not None and s.std > 0:
+        off = (s.found - s.true) / s.std
+    return Size(
+        trial=t.name, of=s, off=off if off is not None and isfinite(off) else None,
+        renamed=any(s.effect in n.equivalent for n in t.named),
+    )  # fmt: skip
 
 
 def _held(told: Sequence[Size]) -> str:
@@ -115,6 +129,12 @@ def _label(s: Size) -> str:
     return short(f"{name(s.of.effect)}: {number(s.of.name)}", LONGEST_LABEL)
 
 
+def _off(s: Size) -> str:
+    if s.of.found is None:
+        return "under another name" if s.renamed else "not named"
+    return fixed(s.off, 1)
+
+
 def _row(s: Size) -> tuple[Cell, ...]:
     of = s.of
     shown, factor = unit(of.unit)
@@ -126,6 +146,6 @@ def _row(s: Size) -> tuple[Cell, ...]:
     far = s.off is None or abs(s.off) > EXPECTED[-1][0]
     return (
         *(Cell(text=x) for x in (s.trial, name(of.effect), number(of.name), *numbers, shown)),
-        Cell(text="not named" if of.found is None else fixed(s.off, 1), doubt=far),
+        Cell(text=_off(s), doubt=far),
         Cell(text=fixed(relative, 0)),
     )

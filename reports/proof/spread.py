@@ -22,7 +22,7 @@ GOLDEN = 0.6180339887  # steps by it spread points evenly, whatever their number
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Method:
-    """A row: values over noise with the trials that they are of."""
+    """A row: values over the floor with the trials that they are of."""
 
     name: str
     ours: bool
@@ -37,7 +37,7 @@ def spread(methods: Sequence[Method], name: str) -> str:
 
 
 def draw(ax: "Axes", methods: Sequence[Method]) -> None:
-    """Held-out errors over noise, a row a method."""
+    """Held-out errors over the floor, a row a method."""
     for k, method in enumerate(methods):
         colour = SIMULATED if method.ours else COMMANDED
         for real in (False, True):
@@ -62,12 +62,12 @@ def draw(ax: "Axes", methods: Sequence[Method]) -> None:
     ax.tick_params(axis="x", which="minor", labelsize=8)
     ax.axvline(1.0, color=MEASURED, linewidth=0.8)
     ax.axvline(OVER_NOISE, color=MEASURED, linewidth=0.8, linestyle="--")
-    for x, text in ((1.0, "noise "), (OVER_NOISE, f" {OVER_NOISE} ×")):
+    for x, text in ((1.0, "floor "), (OVER_NOISE, f" {OVER_NOISE} ×")):
         ax.annotate(
             text, (x, 1.0), xycoords=("data", "axes fraction"), fontsize=8, va="bottom",
             ha="right" if x == 1.0 else "left",
         )  # fmt: skip
-    ax.set_xlabel("held-out error over noise\n(open: simulated, filled: recorded)")
+    ax.set_xlabel("held-out error over the floor\n(open: simulated, filled: recorded)")
     named_rows(ax, [m.name for m in methods])
 
 

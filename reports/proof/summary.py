@@ -58,7 +58,8 @@ def summary(proof: Proof) -> Section:
             "it has no name. Part: not all that is there was named. Wrong: something was named "
             "that is not there. Missed: nothing was named.",
             "Intervals are Wilson's: where the share among further trials may lie. What is "
-            "measured of an error is the worst one; “kept by” counts those within the limit.",
+            "measured of an error is the worst one; “kept by” counts those within the limit. "
+            "Held-out errors are of trials in which something was named.",
         ),
     )
 

@@ -18,7 +18,7 @@ COLUMNS = (
     Column(title="probability"),
     Column(title="before [mV]"),
     Column(title="after [mV]"),
-    Column(title="noise [mV]"),
+    Column(title="noise, as estimated [mV]"),
     Column(title="floor [mV]"),
 )
 
@@ -37,11 +37,12 @@ def trials(proof: Proof) -> Section | None:
         id="trials",
         title="All trials",
         lead=(
-            "Strength: by how much the twin as configured misses the recordings that effects are "
-            "fitted to, over what it would miss them by without what was put in. Held out: "
-            "recordings that nothing was fitted to, recorded minus simulated, root mean square, by "
-            "the twin as configured and with what was named. Floor: what the twin misses the "
-            "fitted recordings by without what was put in, noise and its own error.",
+            "Floor: what the twin misses the fitted recordings by without what is to be found; of "
+            "a simulated trial that is the noise put in, of a recorded one noise and the base "
+            "twin's own error. Strength: what the twin as configured misses them by, over the floor; "
+            "of simulated ones noise aside. Before and after: recorded minus simulated, root mean "
+            "square, on recordings that nothing was fitted to, by the twin as configured and with "
+            "what was named. Noise: as the tool estimates it there.",
         ),
         tables=tables,
     )

@@ -42,7 +42,7 @@ def mV(volts: float) -> str:
 
 
 def times(strength: float) -> str:
-    """Of the noise."""
+    """Of the floor."""
     return f"{significant(strength, 2)} ×"
 
 
@@ -58,7 +58,8 @@ def between(share: Share) -> str:
 
 
 def _one(n: Named) -> str:
-    return " or ".join(name(i) for i in (n.id, *n.equivalent))
+    alike = listed([name(i) for i in n.equivalent], "or")
+    return f"{name(n.id)} (or {alike})" if alike else name(n.id)
 
 
 def verdict(j: Judged) -> str:

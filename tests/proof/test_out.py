@@ -56,12 +56,13 @@ def test_numbers_are_in_the_units_of_their_keys() -> None:
     heat, aged, weak = (by_name[f"trial-{k}"] for k in (13, 14, 16))
     assert heat["noise_mv"] == pytest.approx(8.0)
     assert heat["held_out_over_noise"] == pytest.approx(11.0 / 8.0)
+    assert heat["held_out_over_floor"] == pytest.approx(11.0 / 8.0)
     assert heat["channels"][0]["rms_after_k"] == pytest.approx(0.8)
     assert weak["channels"][0]["rms_after_mv"] == pytest.approx(12.0)
     assert aged["truth"]["capacity_ah"] == pytest.approx(2.61)
     assert aged["capacity_error"] == pytest.approx(2.57 / 2.61 - 1)
     limits = {t["id"]: t for t in content["targets"]}
-    assert limits["weak cell"]["limit_mv"] == pytest.approx(15.0)
+    assert limits["weak cell recorded"]["limit_mv"] == pytest.approx(15.0)
     assert limits["false alarms"]["measured_count"] == 1.0
 
 

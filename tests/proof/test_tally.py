@@ -86,14 +86,17 @@ def test_real_cells_need_enough_trials_of_enough_cells() -> None:
 
 def test_the_worst_channel_counts_and_one_that_no_twin_reaches_is_not_forgotten() -> None:
     warm = recorded()[1]  # 0.8 K and 2.6 K
-    target = of("temperature", [warm])
+    target = of("temperature recorded", [warm])
     assert (target.status, target.within, target.of) == (Status.MISSED, 1, 2)
     assert target.short == pytest.approx(0.6)
     better = replace(warm, channels=warm.channels[:1])
-    assert (of("temperature", [better]).absent, of("temperature", [better]).of) == (1, 2)
-    assert of("temperature", [better]).status is Status.MISSED
+    assert (
+        of("temperature recorded", [better]).absent,
+        of("temperature recorded", [better]).of,
+    ) == (1, 2)
+    assert of("temperature recorded", [better]).status is Status.MISSED
     fixed = (*better.channels, opened("recording-b", "temperature", (14.0, 1.9)))
-    assert of("temperature", [replace(warm, channels=fixed)]).status is Status.MET
+    assert of("temperature recorded", [replace(warm, channels=fixed)]).status is Status.MET
 
 
 def test_where_nothing_was_named_the_twin_as_configured_is_judged() -> None:
@@ -101,7 +104,7 @@ def test_where_nothing_was_named_the_twin_as_configured_is_judged() -> None:
     silent = replace(warm, channels=tuple(
         opened(c.recording, "temperature", (c.rms_before, None)) for c in warm.channels
     ))  # fmt: skip
-    assert of("temperature", [silent]).measured == 14.2
+    assert of("temperature recorded", [silent]).measured == 14.2
 
 
 def test_a_capacity_counts_by_its_size_whichever_way_it_is_off() -> None:
@@ -116,3 +119,11 @@ def test_held_out_errors_count_only_where_something_was_named() -> None:
     assert target.of == len(named)
     assert target.measured == pytest.approx(14.0 / 8.0)
     assert of("held out recorded", simulated()).status is Status.NOT_RUN
+
+
+def test_what_the_tool_takes_for_noise_does_not_mend_the_figure_of_simulated_trials() -> None:
+    wide = [replace(t, noise_V=1.0) for t in simulated()]
+    assert of("held out simulated", wide) == of("held out simulated", simulated())
+    real = [replace(t, noise_V=1.0) for t in recorded()]
+    assert of("held out recorded", real).measured == pytest.approx(0.011)
+    assert of("held out floor", real).measured == pytest.approx(11.0 / 8.0)

@@ -86,9 +86,9 @@ def test_targets_say_by_how_much_they_are_missed() -> None:
     assert rows["right, recorded on real cells, controls not counted"].text == (
         "missed by 5.0 points; 4 of at least 12 trials"
     )
-    assert rows["concealed temperature, rms"].text == "missed by 0.60 K"
+    assert rows["concealed temperature, rms, recorded"].text == "missed by 0.60 K"
     assert rows["concealed capacity, relative error"].text == "missed: 1 without a figure"
-    met = rows["concealed voltage of the weakest cell, rms"]
+    met = rows["concealed voltage of the weakest cell, rms, recorded"]
     assert (met.text, met.doubt) == ("met", False)
     nothing = summary(proof([])).tables[0].rows
     assert {r[1].text for r in nothing} == {"not run"}
@@ -209,8 +209,11 @@ def test_sizes_are_judged_in_stated_deviations() -> None:
     own = there(sizes(proof()))
     found, absent = (tuple(c.text for c in row) for row in own.tables[0].rows)
     assert found[-2:] == ("2.3", "11")  # (8.9 - 8) / 0.4, and 0.9 of 8
-    assert absent[-2] == "not named"
+    assert absent[-2] == "under another name"
     assert "0 of 1 within 1" in own.lead[1]
+    film = simulated()[3]
+    missed = replace(film, verdict="none", named=())
+    assert there(sizes(proof([missed]))).tables[0].rows[0][-2].text == "not named"
 
 
 @pytest.mark.slow
@@ -218,7 +221,7 @@ def test_channels_are_drawn_up_to_a_number_and_all_listed() -> None:
     warm = recorded()[1]
     many = tuple(opened(f"r{k}", "temperature", (5.0, 0.1 * k)) for k in range(MOST_DRAWN + 3))
     own = there(channels(proof([replace(warm, channels=many)])))
-    assert "3 more, with smaller errors" in own.figures[0].caption
+    assert "3 more are in the table alone" in own.figures[0].caption
     assert "r0:" not in own.figures[0].description
     assert len(own.tables[0].rows) == len(many)
 
