@@ -11,7 +11,7 @@ from concurrent.futures import (
     as_completed,
 )
 from contextlib import contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, TypeVar
 
@@ -27,7 +27,6 @@ from proof.truth import Truth
 from twin.whole_file import write_whole
 
 A = TypeVar("A")
-B = TypeVar("B")
 
 LEDGER, TRIALS = "ledger.jsonl", "trials"
 QUESTION, SEALED, WRITTEN, TRUTH = "question", "truth.sealed", "verdict", "truth.json"
@@ -69,47 +68,83 @@ def prove(
         jobs: so many at once.
         watch: who looks on.
     """
-    ledger, folder = Ledger(out / LEDGER), out / TRIALS
-    reasons: dict[str, str] = {}
-    by_name = {t.name: t for t in trials}
-
-    def seal_up(name: str, made: Sealed) -> Sealed:
-        entry = ledger.append("sealed", name, made.sha256)
-        return Sealed(
-            trial=made.trial, question=made.question, key=made.key, sha256=made.sha256, entry=entry
-        )
-
-    with _processes(jobs) as pool:
-        asked = {t.name: pool.submit(_sealed, t, folder / t.name) for t in trials}
-        made = _gathered("sealed", asked, watch, reasons)
-    sealed = {name: seal_up(name, made[name]) for name in by_name if name in made}
-
-    def judged(name: str) -> tuple[Verdict, Entry]:
-        own = folder / name
-        verdict = judge(sealed[name].question, own / QUESTION, own / WRITTEN)
-        text = (own / WRITTEN / VERDICT).read_bytes()
-        return verdict, ledger.append("judged", name, {VERDICT: sha256_of(text)})
-
-    with ThreadPoolExecutor(jobs) as threads:
-        verdicts = _gathered(
-            "judged", {n: threads.submit(judged, n) for n in sealed}, watch, reasons
-        )
-    truths = {n: _opened(ledger, folder / n, sealed[n]) for n in sealed if n in verdicts}
-    with _processes(jobs) as pool:
-        compared = {
-            n: pool.submit(_compared, sealed[n].question, truths[n][0], verdicts[n][0].content)
-            for n in truths
-        }
-        known = _gathered("opened", compared, watch, reasons)
-    done = tuple(
-        _judged(sealed[n], truths[n], verdicts[n], known[n]) for n in by_name if n in known
-    )
+    run = _Run(out, jobs, watch)
+    sealed = run.seal(trials)
+    verdicts = run.judge(sealed)
+    done = run.open(sealed, verdicts)
     left = tuple(
-        NotMade(name=n, source=t.source, reason=reasons.get(n, "stopped before"))
-        for n, t in by_name.items()
-        if n not in known
+        NotMade(name=t.name, source=t.source, reason=run.reasons.get(t.name, "stopped before"))
+        for t in trials
+        if t.name not in done
     )
-    return done, left, ledger.head
+    return tuple(done.values()), left, run.ledger.head
+
+
+class _Run:
+    """Three phases, and why trials did not come through one: `reasons`."""
+
+    def __init__(self, out: Path, jobs: int, watch: Watch) -> None:
+        self.ledger, self.reasons = Ledger(out / LEDGER), dict[str, str]()
+        self._folder, self._jobs, self._watch = out / TRIALS, jobs, watch
+
+    def seal(self, trials: Sequence[Trial]) -> dict[str, Sealed]:
+        """Every truth that can be made."""
+        with _processes(self._jobs) as pool:
+            asked = {t.name: pool.submit(_sealed, t, self._folder / t.name) for t in trials}
+            made = self._gathered("sealed", asked)
+        return {
+            t.name: replace(own, entry=self.ledger.append("sealed", t.name, own.sha256))
+            for t in trials
+            for own in ([made[t.name]] if t.name in made else [])
+        }
+
+    def judge(self, sealed: Mapping[str, Sealed]) -> dict[str, tuple[Verdict, Entry]]:
+        """A verdict on each question, written."""
+
+        def judged(name: str) -> tuple[Verdict, Entry]:
+            own = self._folder / name
+            verdict = judge(sealed[name].question, own / QUESTION, own / WRITTEN)
+            text = (own / WRITTEN / VERDICT).read_bytes()
+            return verdict, self.ledger.append("judged", name, {VERDICT: sha256_of(text)})
+
+        with ThreadPoolExecutor(self._jobs) as threads:
+            return self._gathered("judged", {n: threads.submit(judged, n) for n in sealed})
+
+    def open(
+        self, sealed: Mapping[str, Sealed], verdicts: Mapping[str, tuple[Verdict, Entry]]
+    ) -> dict[str, Judged]:
+        """Every truth on which there is a verdict, beside it."""
+        judged = [n for n in sealed if n in verdicts]
+        truths = {n: _opened(self.ledger, self._folder / n, sealed[n]) for n in judged}
+        with _processes(self._jobs) as pool:
+            asked = {
+                n: pool.submit(_compared, sealed[n].question, truths[n][0], verdicts[n][0].content)
+                for n in judged
+            }
+            known = self._gathered("opened", asked)
+        return {
+            n: _judged(sealed[n], truths[n], verdicts[n], known[n]) for n in judged if n in known
+        }
+
+    def _gathered(self, phase: str, asked: Mapping[str, "Future[A]"]) -> dict[str, A]:
+        """Results by name."""
+        names = {future: name for name, future in asked.items()}
+        out: dict[str, A] = {}
+        for count, future in enumerate(as_completed(names), start=1):
+            name = names[future]
+            if future.cancelled():
+                continue
+            try:
+                out[name] = future.result()
+            except (NoTrial, NoVerdict) as e:
+                self.reasons[name] = f"not {phase}: {e}"
+            except Exception as e:  # one that fails is counted and shown, and costs no other
+                self.reasons[name] = f"not {phase}: {type(e).__name__}: {e}"
+            self._watch.tell(phase, count, len(asked), name)
+            if self._watch.stop() and phase != "opened":  # what was judged is opened
+                for other in names:
+                    other.cancel()
+        return out
 
 
 def _sealed(trial: Trial, folder: Path) -> Sealed:
@@ -170,29 +205,6 @@ def _judged(
         seconds=verdict[0].seconds,
         **compared,
     )
-
-
-def _gathered(
-    phase: str, asked: Mapping[str, "Future[B]"], watch: Watch, reasons: dict[str, str]
-) -> dict[str, B]:
-    """Results by name; why one has none goes to `reasons`."""
-    names = {future: name for name, future in asked.items()}
-    out: dict[str, B] = {}
-    for count, future in enumerate(as_completed(names), start=1):
-        name = names[future]
-        if future.cancelled():
-            continue
-        try:
-            out[name] = future.result()
-        except (NoTrial, NoVerdict) as e:
-            reasons[name] = f"{phase}: {e}"
-        except Exception as e:  # one that fails is counted and shown, and costs no other
-            reasons[name] = f"not {phase}: {type(e).__name__}: {e}"
-        watch.tell(phase, count, len(asked), name)
-        if watch.stop():
-            for other in names:
-                other.cancel()
-    return out
 
 
 @contextmanager

@@ -1,4 +1,4 @@
-"""Imports go one way: analyze -> reports -> (segment, twin); segment -> flightlogs."""
+"""Imports go one way: proof -> analyze -> reports -> (segment, twin); segment -> flightlogs."""
 
 import ast
 import subprocess
@@ -15,6 +15,7 @@ MAY_IMPORT = {
     "segment": {"flightlogs"},
     "reports": {"flightlogs", "segment", "twin"},
     "analyze": {"flightlogs", "segment", "twin", "reports"},
+    "proof": {"flightlogs", "segment", "twin", "reports", "analyze"},
 }
 
 

@@ -57,7 +57,7 @@ def replay(**options: object) -> None:
     before is written), 2 if a file or an option cannot be used, 130 after Ctrl-C (the case at
     work is finished, and all are written).
     """
-    _leave_with("replay", options)
+    _leave_with("analyze.workbench.replay", options)
 
 
 @main.command()
@@ -103,7 +103,7 @@ def age(**options: object) -> None:
     1 if a cycle could not be completed (all before is written); 2 if a file or an option cannot be
     used; 130 after Ctrl-C (the cycle at work is finished, and all are written).
     """
-    _leave_with("age", options)
+    _leave_with("analyze.workbench.age", options)
 
 
 @main.command()
@@ -181,7 +181,7 @@ def calibrate(**options: object) -> None:
     The exit code is 0 if the fit came to its end, 2 if a file or an option cannot be used, 130
     after Ctrl-C (the best so far is written, with what was not computed named).
     """
-    _leave_with("calibrate", options)
+    _leave_with("analyze.workbench.calibrate", options)
 
 
 @main.command()
@@ -236,7 +236,7 @@ def explain(**options: object) -> None:
     The exit code is 0 if there is a verdict, 2 if a file or an option cannot be used, 130 after
     Ctrl-C.
     """
-    _leave_with("explain", options)
+    _leave_with("analyze.workbench.explain", options)
 
 
 @main.command()
@@ -301,7 +301,7 @@ def prove(**options: object) -> None:
     if --check finds something), 2 if an option cannot be used, 130 after Ctrl-C (the trials at work
     are finished, what was judged is opened and shown).
     """
-    _leave_with("prove", options)
+    _leave_with("proof.command", options)
 
 
 def _leave_with(module: str, options: Mapping[str, object]) -> NoReturn:
@@ -309,7 +309,7 @@ def _leave_with(module: str, options: Mapping[str, object]) -> NoReturn:
 
     def command() -> int:
         with held():
-            late = import_module(f"analyze.workbench.{module}")
+            late = import_module(module)
         return int(late.run(late.Request(**options)))
 
     leave_with(command)

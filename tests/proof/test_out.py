@@ -10,7 +10,7 @@ import pytest
 
 from proof.out import proof_json
 from proof.outcome import Outcome, Proof
-from tests.reports.proof_example import judged, proof, recorded, simulated, truth
+from tests.proof.proof_example import judged, proof, recorded, simulated, truth
 
 SCHEMA = json.loads((resources.files("proof") / "proof.schema.json").read_text(encoding="utf-8"))
 CHECKER = jsonschema.Draft202012Validator(

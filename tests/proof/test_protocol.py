@@ -111,7 +111,7 @@ def test_outcomes_numbers_and_channels_of_what_was_opened(proven: tuple[Path, Re
     assert [b.id for b in (refit, correction, other)] == ["refit", "correction", "random"]
     assert refit.held_out_V < 2 * done[0].noise_V  # the refit has that resistance too
     assert [(n.name, n.reason) for n in left] == [
-        ("trial-003", "sealed: there is no recording of it"),
+        ("trial-003", "not sealed: there is no recording of it"),
         ("trial-004", "not sealed: ZeroDivisionError: a fault of ours"),
     ]
 

@@ -8,7 +8,7 @@ from proof.outcome import Judged, Outcome
 from proof.tally import NORMAL_95, Share, by_class, kinds_not_run, strong, weak
 from proof.targets import Status, Target, targets
 from proof.truth import KINDS
-from tests.reports.proof_example import judged, opened, proof, recorded, simulated, truth
+from tests.proof.proof_example import judged, opened, proof, recorded, simulated, truth
 
 
 def of(name: str, trials: list[Judged]) -> Target:

@@ -9,14 +9,14 @@ from pathlib import Path
 
 import pytest
 
+from proof.page import proof_page
 from reports.flight_page import flight_page
 from reports.mismatch import mismatch_page
-from reports.proof import proof_page
 from reports.render import render
+from tests.proof.proof_example import proof as made_proof
 from tests.reports import example
 from tests.reports.mismatch_example import pair
 from tests.reports.mismatch_example import report as mismatch_report
-from tests.reports.proof_example import proof as made_proof
 from tests.reports.test_calibration_page import EVIL, found, renamed
 from tests.reports.test_calibration_page import page as calibration_html
 

@@ -8,19 +8,19 @@ from typing import Any
 import pytest
 
 from proof.outcome import Baseline, Judged, NotMade, Outcome, Proof
-from reports.proof import figure, headline, proof_page
-from reports.proof.baselines import MOST_LISTED, baselines, holds_truth, won
-from reports.proof.channels import MOST_DRAWN, channels
-from reports.proof.confusion import FOREIGN, NOTHING, SEVERAL, matrix
-from reports.proof.failed import failed
-from reports.proof.figure import figure_png
-from reports.proof.protocol import in_order, protocol
-from reports.proof.sizes import sizes
-from reports.proof.summary import summary
-from reports.proof.words import LONGEST, not_named, not_there, short, why
+from proof.page import figure, headline, proof_page
+from proof.page.baselines import MOST_LISTED, baselines, holds_truth, won
+from proof.page.channels import MOST_DRAWN, channels
+from proof.page.confusion import FOREIGN, NOTHING, SEVERAL, matrix
+from proof.page.failed import failed
+from proof.page.figure import figure_png
+from proof.page.protocol import in_order, protocol
+from proof.page.sizes import sizes
+from proof.page.summary import summary
+from proof.page.words import LONGEST, not_named, not_there, short, why
 from reports.render import render
 from reports.section import Section
-from tests.reports.proof_example import judged, named, opened, proof, recorded, simulated, truth
+from tests.proof.proof_example import judged, named, opened, proof, recorded, simulated, truth
 from tests.reports.test_calibration_page import EVIL
 from tests.reports.test_page import DRAWING, parsed
 

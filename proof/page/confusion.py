@@ -8,10 +8,10 @@ from typing import TYPE_CHECKING
 from matplotlib.patches import Rectangle
 
 from proof.outcome import Judged, Outcome, Proof
+from proof.page.words import hit, plural, short
 from proof.tally import STRONG, weak
 from reports.mismatch.words import NAMES, name
 from reports.plots import MEASURED, panels, to_svg
-from reports.proof.words import hit, plural, short
 from reports.section import Figure, Section
 
 if TYPE_CHECKING:

@@ -3,7 +3,7 @@
 from datetime import datetime
 
 from proof.outcome import Judged, Proof, Stamp
-from reports.proof.words import plural
+from proof.page.words import plural
 from reports.quantity import fixed
 from reports.section import Cell, Column, Notice, Row, Section, Severity, Table
 

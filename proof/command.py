@@ -24,10 +24,10 @@ from proof.check import broken
 from proof.ledger import LedgerError
 from proof.out import proof_json
 from proof.outcome import Outcome, Proof
+from proof.page import proof_page
 from proof.run import Watch, prove
 from proof.simulated.draw import trials as simulated
 from proof.trial import Trial
-from reports.proof import proof_page
 from reports.render import render
 from twin.whole_file import write_whole
 

@@ -3,8 +3,8 @@
 from collections.abc import Sequence
 
 from proof.outcome import Judged, Outcome, Proof
+from proof.page.words import mV, plural, probabilities, times, verdict
 from proof.tally import control, recorded, simulated
-from reports.proof.words import mV, plural, probabilities, times, verdict
 from reports.quantity import MISSING
 from reports.section import Cell, Column, Section, Table
 

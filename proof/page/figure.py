@@ -10,10 +10,10 @@ from matplotlib.backends.backend_svg import FigureCanvasSVG
 from matplotlib.figure import Figure as Canvas
 
 from proof.outcome import Outcome, Proof
+from proof.page.baselines import methods
+from proof.page.spread import draw
 from proof.tally import Tally, by_class
 from reports.plots import MEASURED, STYLE, WIDTH_IN, named_rows, to_svg
-from reports.proof.baselines import methods
-from reports.proof.spread import draw
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -7,11 +7,11 @@ from math import isfinite
 import numpy as np
 
 from proof.outcome import Judged, Proof, Sized
+from proof.page.spread import aside
+from proof.page.words import between, plural, points, short
 from proof.tally import Share
 from reports.mismatch.words import name, number, unit
 from reports.plots import COMMANDED, MEASURED, SIMULATED, named_rows, panels, to_svg
-from reports.proof.spread import aside
-from reports.proof.words import between, plural, points, short
 from reports.quantity import MISSING, fixed, significant
 from reports.section import Cell, Column, Figure, Section, Table
 

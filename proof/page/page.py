@@ -1,15 +1,15 @@
 """`proof_page`: the sections in their order, failures first."""
 
 from proof.outcome import Proof
+from proof.page.baselines import baselines
+from proof.page.channels import channels
+from proof.page.confusion import confusion
+from proof.page.failed import failed
+from proof.page.protocol import protocol
+from proof.page.sizes import sizes
+from proof.page.summary import summary
+from proof.page.trials import trials
 from reports.page import Page
-from reports.proof.baselines import baselines
-from reports.proof.channels import channels
-from reports.proof.confusion import confusion
-from reports.proof.failed import failed
-from reports.proof.protocol import protocol
-from reports.proof.sizes import sizes
-from reports.proof.summary import summary
-from reports.proof.trials import trials
 from reports.quantity import minutes
 from reports.section import Row, Section
 

@@ -3,10 +3,10 @@
 from collections.abc import Callable
 
 from proof.outcome import Judged, Outcome, Proof
+from proof.page.words import between, plural, points
 from proof.tally import Share, Tally, by_class, control, kinds_not_run, real_effect, strong
 from proof.targets import Status, Target, targets
 from reports.mismatch.words import listed
-from reports.proof.words import between, plural, points
 from reports.quantity import MISSING, fixed
 from reports.section import Cell, Column, Notice, Row, Section, Severity, Table
 

@@ -8,6 +8,7 @@ from matplotlib.backends.backend_svg import FigureCanvasSVG
 from matplotlib.figure import Figure as Canvas
 
 from proof.outcome import Judged, Opened, Proof
+from proof.page.words import short
 from proof.tally import simulated
 from proof.targets import CAPACITY, TEMPERATURE_K, WEAK_CELL_V, capacity_error, predicted_rms
 from reports.plots import (
@@ -20,7 +21,6 @@ from reports.plots import (
     decimate,
     to_svg,
 )
-from reports.proof.words import short
 from reports.quantity import MISSING, ampere_hours, fixed
 from reports.section import Cell, Column, Figure, Section, Table
 from twin.constants import ZERO_CELSIUS_K

@@ -1,9 +1,9 @@
 """Whatever went wrong, before anything else and in full."""
 
 from proof.outcome import Judged, Outcome, Proof
+from proof.page.baselines import won
+from proof.page.words import mV, plural, probabilities, times, verdict, why
 from proof.targets import over_floor
-from reports.proof.baselines import won
-from reports.proof.words import mV, plural, probabilities, times, verdict, why
 from reports.quantity import significant
 from reports.section import Cell, Column, Notice, Section, Severity, Table
 

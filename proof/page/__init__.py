@@ -1,7 +1,7 @@
 """The page of a proof: what was concealed, what the tool said of it, and where it failed."""
 
-from reports.proof.figure import figure
-from reports.proof.page import proof_page
-from reports.proof.summary import headline
+from proof.page.figure import figure
+from proof.page.page import proof_page
+from proof.page.summary import headline
 
 __all__ = ["figure", "headline", "proof_page"]
