@@ -4,7 +4,7 @@ A run that was measured once has no second one. Each part keeps the whole curren
 twin's state is that of the run, and the voltage of its own blocks only.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from enum import IntEnum
 
 import numpy as np
@@ -14,12 +14,17 @@ from proof.question import Recording
 from proof.recorded.measured import FloatArray
 from twin.calibrate.flight import FlightFit, NotFitted, fit_flight
 from twin.calibrate.flight_problem import Flown, Known
+from twin.effects import SeriesResistance
 from twin.load import Load
+from twin.mismatch import HYPOTHESES, Flight, Verdict, explain
 from twin.mismatch.problem import beyond_cut_offs
 from twin.pack import Pack
 from twin.simulate import simulate
 
 BoolArray = npt.NDArray[np.bool_]
+
+TIMING = ("clock_shift", "sensor_lag")
+MEAN_S = 2.0  # long to the noise of samples, short to what a twin errs by (twin.mismatch.split)
 
 
 class Part(IntEnum):
@@ -47,7 +52,6 @@ class Run:
         voltage_V: (n,) of the pack.
         counted: (n,) where it is compared: in the air.
         rounds: how often the parts take turns.
-        fit: a fit may change the pack; not where it was published for this very cell.
     """
 
     pack: Pack
@@ -57,7 +61,6 @@ class Run:
     voltage_V: FloatArray
     counted: BoolArray
     rounds: int
-    fit: bool = True
 
     def part(self, part: Part) -> FloatArray:
         """(n,) voltage of one part, NaN elsewhere."""
@@ -82,22 +85,72 @@ class Fitted:
     pack: Pack
     ambient_K: float
 
+    def load(self, current_A: FloatArray) -> Load:
+        """A current at the times of the run."""
+        return Load(time_s=self.run.time_s, current_A=current_A, ambient_K=self.ambient_K)
+
+    def flight(self, part: Part) -> Flight:
+        """One part as the engine takes it."""
+        voltage_V = self.run.part(part)
+        return Flight(
+            name=part.name,
+            pack=self.pack,
+            load=self.load(self.run.current_A),
+            voltage_V=voltage_V,
+            judged=np.isfinite(voltage_V),
+            motion=np.full(voltage_V.size, ""),
+        )
+
     def error_V(self, part: Part, current_A: FloatArray) -> float:
-        """Recorded minus simulated, rms; where the simulation ended as at its end."""
-        load = Load(time_s=self.run.time_s, current_A=current_A, ambient_K=self.ambient_K)
+        """Recorded minus simulated, rms."""
+        return float(np.sqrt(np.nanmean(self._residual_V(part, current_A) ** 2)))
+
+    def floor_V(self) -> float:
+        """Error of the twin where it was not fitted: rms of means over MEAN_S, free of noise."""
+        r = self._residual_V(Part.FLOOR, self.run.current_A)
+        own = np.isfinite(r)
+        span = (self.run.time_s[own] // MEAN_S).astype(int)
+        means = np.bincount(span, r[own])[np.unique(span)] / np.bincount(span)[np.unique(span)]
+        return float(np.sqrt(np.mean(means**2)))
+
+    def _residual_V(self, part: Part, current_A: FloatArray) -> FloatArray:
+        """(n,) NaN elsewhere; where the simulation ended as at its end."""
+        load = self.load(current_A)
         got = simulate(beyond_cut_offs(self.pack), load).voltage_V
         whole = np.append(got, np.full(load.time_s.size - got.size, got[-1]))
-        return float(np.sqrt(np.nanmean((self.run.part(part) - whole) ** 2)))
+        return np.asarray(self.run.part(part) - whole)
 
 
 def fitted(run: Run) -> Fitted:
-    """By least squares to the blocks of `Part.BASE`, as `analyze` fits every flight."""
-    still = Fitted(run=run, pack=run.pack, ambient_K=run.pack.initial_K)
-    if not run.fit:
-        return still
-    load = Load(time_s=run.time_s, current_A=run.current_A, ambient_K=still.ambient_K)
-    flown = Flown(load=load, voltage_V=run.part(Part.BASE), in_air=run.counted)
+    """By least squares to the blocks of `Part.BASE`, then with current and voltage on one clock.
+
+    As a user has it who keeps a twin of a healthy pack: `analyze` fits the flight; where loggers
+    filter and poll the two apart, `twin explain` names it, and that is adopted.
+    """
+    start = Fitted(run=run, pack=run.pack, ambient_K=run.pack.initial_K)
+    flown = Flown(load=start.load(run.current_A), voltage_V=run.part(Part.BASE), in_air=run.counted)
     found: FlightFit | NotFitted = fit_flight(run.pack, flown, run.known)
-    if isinstance(found, NotFitted):
-        return still
-    return Fitted(run=run, pack=found.pack, ambient_K=found.ambient_K)
+    if isinstance(found, FlightFit):
+        start = replace(start, pack=one_resistance(found.pack), ambient_K=found.ambient_K)
+    return _aligned(start)
+
+
+def _aligned(start: Fitted) -> Fitted:
+    """With what `explain` names of TIMING in `Part.BASE`, judged on `Part.FLOOR`."""
+    flights = [start.flight(part) for part in (Part.BASE, Part.FLOOR)]
+    timing = [h for h in HYPOTHESES if h.id in TIMING]
+    verdict = explain(flights[:1], flights[1:], hypotheses=timing)
+    pack = start.pack
+    for effect in verdict.effects if verdict.verdict is Verdict.NAMED else ():
+        (own,) = (h for h in HYPOTHESES if h.id == effect.id)
+        told = {v.name: v.value for v in effect.parameters}
+        pack = replace(own, fitted=tuple(told)).within(pack, list(told.values()))
+    return replace(start, pack=pack)
+
+
+def one_resistance(pack: Pack) -> Pack:
+    """The same with its resistances in series as one, which is all that a pack file can say."""
+    own = [e for e in pack.effects if isinstance(e, SeriesResistance)]
+    rest = tuple(e for e in pack.effects if not isinstance(e, SeriesResistance))
+    whole = SeriesResistance(resistance_ohm=sum(e.resistance_ohm for e in own))
+    return replace(pack, effects=(*rest, whole)) if own else pack

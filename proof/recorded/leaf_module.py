@@ -1,0 +1,78 @@
+"""Three modules of a Nissan Leaf (2013), aged: 6 pairs of cells in series, 1C down to empty.
+
+And a single cell of the make, discharged at 1C a second time (the first: `leaf_cell`).
+
+Recording: batterysim/equiv-circ-model, MIT, with the voltage of every pair; see
+../shared/battery/CATALOGUE.md.
+"""
+
+import csv
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from proof.recorded.measured import FloatArray, RealTest, recording
+
+SINGLE = "battery/leaf/cell-discharge-bitrode-1c.csv"
+SINGLE_COLUMNS = (1, 8, 9)  # time, charging current, voltage
+FLOWS_A = 20.0
+FILE = "battery/leaf/module123-irdischarge-65ah-1_0c.csv"
+SERIES, PARALLEL = 6, 2
+COLUMNS = ("Total Time", "Current", *(f"Cell Voltage A{k}" for k in range(1, SERIES + 1)))
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Cells:
+    """A recording with every cell of the series.
+
+    Attributes:
+        time_s: (n,) from 0, increasing.
+        current_A: (n,) of the pack, discharge positive.
+        cell_voltage_V: (n, cells)
+    """
+
+    time_s: FloatArray
+    current_A: FloatArray
+    cell_voltage_V: FloatArray
+
+    @property
+    def voltage_V(self) -> FloatArray:
+        """(n,) of the pack."""
+        return np.asarray(self.cell_voltage_V.sum(axis=1))
+
+    def every(self, step: int) -> "Cells":
+        """Each so-manieth sample."""
+        own = slice(None, None, step)
+        return Cells(
+            time_s=self.time_s[own],
+            current_A=self.current_A[own],
+            cell_voltage_V=self.cell_voltage_V[own],
+        )
+
+
+def module(folder: Path) -> Cells:
+    """The whole recording: 20 s of rest, then 65 A."""
+    with recording(folder, FILE).open(encoding="latin-1", newline="") as stream:
+        lines = list(csv.reader(stream))
+    first = next(k for k, line in enumerate(lines) if line and line[0] == COLUMNS[0])
+    places = [lines[first].index(name) for name in COLUMNS]
+    rows = np.array([[float(line[k]) for k in places] for line in lines[first + 1 :] if line])
+    rows = rows[np.append(True, np.diff(rows[:, 0]) > 0)]
+    return Cells(time_s=rows[:, 0] - rows[0, 0], current_A=-rows[:, 1], cell_voltage_V=rows[:, 2:])
+
+
+def second_discharge(folder: Path) -> RealTest:
+    """Of the single cell, 30.6 A from full to 3 V, 25 degC."""
+    with recording(folder, SINGLE).open(encoding="latin-1", newline="") as stream:
+        lines = [line for line in csv.reader(stream) if line and line[0].strip() == "No"]
+    rows = np.array([[float(line[k]) for k in SINGLE_COLUMNS] for line in lines])
+    rows = rows[np.append(True, np.diff(rows[:, 0]) > 0)]
+    edges = np.flatnonzero(np.diff((-rows[:, 1] > FLOWS_A).astype(int), prepend=0))
+    start, stop = edges[2:4].tolist()
+    return RealTest(
+        name="1C again",
+        time_s=rows[start:stop, 0] - rows[start, 0],
+        current_A=-rows[start:stop, 1],
+        voltage_V=rows[start:stop, 2],
+    )

@@ -1,0 +1,210 @@
+"""One cell of a series that is not like the others: only the pack's voltage is given.
+
+The list was written before any of it was judged.
+
+Leaf: 6 pairs of aged cells in series, 1C from rest down to where the first pair is empty. The twin
+is calibrated to 1C and 2C of a single cell of the make; what it misses of another run at 1C, six
+times over, is its error. By the voltages of the pairs two are weak: at the start they rest 40 and
+30 mV below the others, at the end the weakest is at 3.00 V and the second at 3.21 V where the
+others are at 3.45 V (the single cell, after as much charge, is within 20 mV of those up to 24 Ah).
+`weak_cell` has to be named. The others age too: a loss of lithium or of material may be beside it.
+
+Phantom: 4 cells in hover for 93 s. Their voltages differ from their mean by 7 mV and less on
+average, one sample of a difference scatters by 6 to 12 mV, since the cells are not read at one
+time: nothing that a pack's terminals could show. Right is whatever names no weak cell; the twin is
+fitted to the first 40 s.
+"""
+
+import csv
+from collections.abc import Callable
+from dataclasses import replace
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from proof.question import Question, Recording
+from proof.recorded import leaf_cell
+from proof.recorded.base import rest_soc
+from proof.recorded.calibrated import Calibrated, calibrated
+from proof.recorded.leaf_module import PARALLEL, SERIES, Cells, module, second_discharge
+from proof.recorded.measured import NotHere, RealTest, recording
+from proof.recorded.trials_ageing import missed
+from proof.trial import NoTrial, Trial
+from proof.truth import Channel, Truth
+from twin.builtin import load_cell
+from twin.calibrate.flight import NotFitted, fit_flight
+from twin.calibrate.flight_problem import Flown, Known
+from twin.calibrate.reference import ReferenceTest
+from twin.constants import ZERO_CELSIUS_K
+from twin.effects import SelfHeating, SeriesResistance
+from twin.load import Between, Load
+from twin.pack import Pack
+
+BoolArray = npt.NDArray[np.bool_]
+
+BODY_J_K, SURFACE_m2 = 787.0, 0.1327
+"""Of the cell: 0.787 kg (AESC) with 1000 J/kg/K; a box of 290, 216 and 7.1 mm."""
+STILL_AIR_W_m2_K = 10.0  # of the modules: what cools a cell between others is not known
+EVERY = 6  # samples of the module that are taken
+LOSSES = (
+    "lithium_inventory_loss",
+    "active_material_loss_negative",
+    "active_material_loss_positive",
+)
+PHANTOM = "battery/dji_phantom/DJIFlightRecord_2015-12-29_center_battery_1Hz.csv"
+PHANTOM_ROWS = 36  # of the flight, that the twin is fitted to
+Make = Callable[[Path, Path], tuple[Question, Truth]]
+
+
+def weak_trials(folder: Path, cache: Path) -> tuple[Trial, ...]:
+    """Leaf and Phantom."""
+    both = (
+        ("trial-n01", "Nissan Leaf, aged modules 6s2p (batterysim, MIT)", _leaf),
+        ("trial-n02", "DJI Phantom, 4S in hover (mikeemoo)", _phantom),
+    )
+    return tuple(
+        Trial(name=name, source=source, make=partial(_here, make, folder, cache))
+        for name, source, make in both
+    )
+
+
+def _here(make: Make, folder: Path, cache: Path) -> tuple[Question, Truth]:
+    try:
+        return make(folder, cache)
+    except NotHere as e:
+        raise NoTrial(str(e)) from e
+
+
+def leaf_base(folder: Path, cache: Path) -> Calibrated:
+    """A single cell by its first discharges at 1C and 2C."""
+    start = leaf_cell.start_cell(leaf_cell.pulses(folder))
+    body = replace(
+        start.cell,
+        heat_capacity_J_K=BODY_J_K / start.scale,
+        cooling_area_m2=SURFACE_m2 / start.scale ** (2 / 3),
+    )
+    heating = SelfHeating(heat_transfer_W_m2_K=STILL_AIR_W_m2_K)
+    tests = [leaf_cell.discharge(folder, k) for k in (1, 2)]
+    return calibrated(
+        replace(start, cell=body, effects=(heating,)),
+        [
+            ReferenceTest(
+                name=t.name,
+                time_s=t.time_s,
+                current_A=t.current_A,
+                voltage_V=t.voltage_V,
+                between=Between.LINEAR,
+                ambient_K=float(t.temperature_K[0]) if t.temperature_K is not None else 298.15,
+            )
+            for t in tests
+        ],
+        cache,
+    )
+
+
+def _leaf(folder: Path, cache: Path) -> tuple[Question, Truth]:
+    base = leaf_base(folder, cache)
+    cells = module(folder).every(EVERY)
+    shown = np.ones(cells.time_s.size, dtype=bool)
+    again = second_discharge(folder)
+    floor_V = SERIES * missed(base.pack, again)
+    rest_V = float(cells.voltage_V[0]) / SERIES
+    pack = replace(
+        base.pack,
+        series=SERIES,
+        parallel=PARALLEL,
+        initial_soc=rest_soc(base.pack.cell, rest_V),
+        effects=tuple(
+            replace(e, resistance_ohm=e.resistance_ohm * SERIES / PARALLEL)
+            if isinstance(e, SeriesResistance)
+            else e
+            for e in base.pack.effects
+        ),
+    )
+    return _asked(pack, cells, floor_V, pack.initial_K, shown), _truth(
+        pack,
+        cells,
+        floor_V,
+        said="two of six pairs of cells are weak, one more than the other",
+        verdicts=("named",),
+        effects=(("weak_cell",),),
+        also=LOSSES,
+    )
+
+
+def _phantom(folder: Path, cache: Path) -> tuple[Question, Truth]:  # noqa: ARG001
+    with recording(folder, PHANTOM).open(newline="") as stream:
+        table = np.array(
+            [[float(v) for v in row[:8]] for row in list(csv.reader(stream))[1:] if row]
+        )
+    cells = Cells(
+        time_s=table[:, 0] - table[0, 0], current_A=-table[:, 1], cell_voltage_V=table[:, 3:7]
+    )
+    early = np.arange(cells.time_s.size) < PHANTOM_ROWS
+    start_K = float(table[0, 7]) + ZERO_CELSIUS_K
+    before = Pack(
+        cell=load_cell("lipo_2200"),
+        series=4,
+        capacity_C=4.349 * 3600,
+        initial_soc=0.85,
+        initial_K=start_K,
+        effects=(SelfHeating(),),
+    )
+    load = Load(time_s=cells.time_s, current_A=cells.current_A, ambient_K=start_K)
+    seen_V = np.where(early, cells.voltage_V, np.nan)
+    flown = Flown(load=load, voltage_V=seen_V, in_air=np.ones(early.size, dtype=bool))
+    known = Known(soc=True, capacity=True, temperature=True, scale=True, charge=True)
+    found = fit_flight(before, flown, known)
+    if isinstance(found, NotFitted):
+        raise NoTrial(f"the flight's first {PHANTOM_ROWS} s fit no twin: {found.reason}")
+    floor_V = found.held_out_after_V
+    return _asked(found.pack, cells, floor_V, found.ambient_K, ~early), _truth(
+        found.pack,
+        cells,
+        floor_V,
+        said="four cells that differ by 6 mV and less",
+        verdicts=("none", "unknown", "ambiguous"),
+        effects=(),
+        forbidden=("weak_cell",),
+    )
+
+
+def _asked(
+    pack: Pack, cells: Cells, floor_V: float, ambient_K: float, shown: BoolArray
+) -> Question:
+    """One recording, every second block of which is held out."""
+    own = Recording(
+        name="recording-1",
+        time_s=cells.time_s,
+        current_A=cells.current_A,
+        voltage_V=np.where(shown, cells.voltage_V, np.nan),
+    )
+    return Question(pack=pack, ambient_K=ambient_K, fitted=(own,), held_out=(), floor_V=floor_V)
+
+
+def _truth(
+    pack: Pack, cells: Cells, floor_V: float, said: str, verdicts: tuple[str, ...], **more: Any
+) -> Truth:
+    channel = Channel(
+        recording="recording-1", time_s=cells.time_s, cell_voltage_V=cells.cell_voltage_V
+    )
+    whole = RealTest(
+        name="pack", time_s=cells.time_s, current_A=cells.current_A, voltage_V=cells.voltage_V
+    )
+    spread_V = np.ptp(cells.cell_voltage_V, axis=1)
+    return Truth(
+        kind="weak cell",
+        said=said,
+        verdicts=verdicts,
+        strength=missed(pack, whole) / floor_V,
+        floor_V=floor_V,
+        channels=(channel,),
+        details={
+            "largest spread of the cells, V": float(spread_V.max()),
+            "mean spread, V": float(spread_V.mean()),
+        },
+        **more,
+    )
