@@ -84,7 +84,7 @@ def draw(seed: int, count: int) -> tuple[Drawn, ...]:
     rng = np.random.default_rng(seed)
     kinds = [kind for kind, share in SHARES.items() for _ in range(round(share * count))]
     kinds += ["single"] * (count - len(kinds))
-    pools = {
+    pools: dict[str, list[tuple[str, ...]]] = {
         "single": _in_turn(rng, [(e,) for e in LIBRARY], count),
         "pair": _in_turn(rng, list(PAIRS), count),
         "foreign": _in_turn(rng, [(e,) for e in FOREIGN], count),
