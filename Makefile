@@ -3,13 +3,16 @@ VENV ?= .venv
 PYTHON ?= python3
 BIN := $(VENV)/bin
 
-.PHONY: demo paper test lint clean
+.PHONY: demo paper proof test lint clean
 
 demo: $(VENV)/.installed  ## analyse the sample flights into ./analysis
 	$(BIN)/analyze sample_logs --out analysis
 
 paper: $(VENV)/.installed  ## the paper's figures and statements, into ./analysis/paper
 	$(BIN)/python -m benchmarks.paper analysis/paper
+
+proof: $(VENV)/.installed-proof  ## trials with a concealed truth, of a seed that nobody knows, into ./proven
+	$(BIN)/twin prove --out proven
 
 test: $(VENV)/.installed-test  ## the whole test suite
 	$(BIN)/python -m pytest
@@ -30,5 +33,9 @@ $(VENV)/.installed-test: pyproject.toml | $(VENV)/bin/python
 	$(BIN)/python -m pip install --quiet --editable '.[test]'
 	touch $@ $(VENV)/.installed
 
+$(VENV)/.installed-proof: pyproject.toml | $(VENV)/bin/python
+	$(BIN)/python -m pip install --quiet --editable '.[proof]'
+	touch $@ $(VENV)/.installed
+
 clean:
-	rm -rf $(VENV) analysis
+	rm -rf $(VENV) analysis proven
