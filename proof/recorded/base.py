@@ -37,6 +37,7 @@ FloatArray = npt.NDArray[np.float64]
 VERSION = 1  # of what is kept: raise it where the same inputs give another calibration
 COOLING_W_m2_K = (1.0, 200.0)  # looked for between still air and a clamp
 WHOLE = 0.5  # of the most that any test draws: a test that draws less shows no warming
+RESTS = 0.02  # of the largest current: less is a rest, whose voltage is that of the open circuit
 ROOM_K = ZERO_CELSIUS_K + 25.0
 
 
@@ -61,7 +62,7 @@ class Given:
         start: the cell to start from, with the capacity of this one.
         tests: to fit; full at the start of the first.
         check: name of the test that is also predicted by a fit to the others: the base's own error.
-        unseen: instead of it, tests that are predicted and not fitted at all; full at the start.
+        unseen: instead of it, tests that are predicted and not fitted at all.
         body: of the cell.
         only: parameters that are free; None all.
     """
@@ -122,19 +123,26 @@ def rest_soc(cell: Cell, rest_V: float) -> float:
     return 0.0 if above_V(0.0) >= 0.0 else float(brentq(above_V, 0.0, 1.0, xtol=1e-6))
 
 
+def start_soc(cell: Cell, test: RealTest, full_soc: float) -> float:
+    """By the first voltage of a test, if no current flows yet; else `full_soc`."""
+    if abs(test.current_A[0]) > RESTS * np.abs(test.current_A).max():
+        return full_soc
+    return rest_soc(cell, float(test.voltage_V[0]))
+
+
 def _calibrate(given: Given, place: Path) -> None:
     pack, tests = _to_fit(given)
     *_, best = fit(problem_of(pack, tests, only=given.only))
     found = conclude(best.problem, best.q, tests, cross_validate=False)
     write_whole(place / "cell.bpx.json", cell_text(found))
     heating = [e for e in pack.effects if isinstance(e, SelfHeating)]
-    if given.unseen:
+    if not given.check:
         error_V = _missed_V(found, given.unseen, heating, place)
     else:
         k = [t.name for t in tests].index(given.check)
         *_, check_V = predicted(best.problem, best.q, tests, k)
         assert check_V is not None
-        error_V = float(np.sqrt(np.mean((check_V - tests[k].voltage_V) ** 2)))
+        error_V = _rms_V(tests[k].voltage_V, check_V, pack.cell.lower_cut_off_V)
     told = {
         "series_resistance_ohm": found.numbers["series_resistance_ohm"],
         "heat_transfer_W_m2_K": heating[0].heat_transfer_W_m2_K if heating else 0.0,
@@ -168,7 +176,7 @@ def charged_to(cell: Cell, full_V: float, empty_V: float) -> Cell:
 def _missed_V(
     found: Calibration, unseen: Sequence[RealTest], heating: Sequence[SelfHeating], place: Path
 ) -> float:
-    """Rms over tests that nothing was fitted to; infinite where the twin does not come to an end.
+    """Rms over tests that nothing was fitted to, each counting alike.
 
     A cell goes on below its cut-off, since it may be empty a little early.
     """
@@ -178,15 +186,21 @@ def _missed_V(
     for test in unseen:
         start_K = ROOM_K if test.temperature_K is None else float(test.temperature_K[0])
         pack = Pack(cell=wide(cell), initial_K=start_K, effects=(ohm, *heating))
-        pack = replace(pack, initial_soc=_full(found))
+        pack = replace(pack, initial_soc=start_soc(cell, test, _full(found)))
         load = Load(
             time_s=test.time_s, current_A=test.current_A, between=Between.LINEAR, ambient_K=start_K
         )
-        got_V = simulate(pack, load).voltage_V
-        error_V = np.full(test.time_s.size, np.inf)
-        error_V[: got_V.size] = test.voltage_V[: got_V.size] - got_V
-        squares.append(error_V[np.isfinite(test.voltage_V)] ** 2)
-    return float(np.sqrt(np.mean(np.concatenate(squares))))
+        got_V = np.full(test.time_s.size, np.nan)
+        done_V = simulate(pack, load).voltage_V
+        got_V[: done_V.size] = done_V
+        squares.append(_rms_V(test.voltage_V, got_V, cell.lower_cut_off_V) ** 2)
+    return float(np.sqrt(np.mean(squares)))
+
+
+def _rms_V(measured_V: FloatArray, got_V: FloatArray, empty_V: float) -> float:
+    """Of a test; a simulation that ended (NaN) stands at the cut-off from there."""
+    error_V = measured_V - np.where(np.isnan(got_V), empty_V, got_V)
+    return float(np.sqrt(np.nanmean(error_V**2)))
 
 
 def _full(found: Calibration) -> float:

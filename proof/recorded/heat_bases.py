@@ -36,6 +36,8 @@ Recordings = Mapping[str, Callable[[Path], RealTest]]
 
 STEP_S = 5.0  # between samples of a steady discharge
 DRIVE_S = 2.0  # of a drive cycle: means over as long
+DRIVEN_S = 2700.0  # of it are given, so that a verdict takes a minute or two
+AGAIN_1C = "03-10-17_23.36_3349_Dis1C_2.mat"
 LATE_V, LATE_A = 0.05, 1.0  # of a sample in which the voltage fell, and the current did not rise
 SHORT_PULSES = (
     "negative.stoichiometry_max", "negative.stoichiometry_min", "positive.stoichiometry_max",
@@ -55,6 +57,7 @@ class Material:
         recordings: name -> reader.
         thin: what is given of a recording.
         rests: its recordings begin at rest, whose voltage tells the charge.
+        also: ids of faults that its recordings have, whatever else is concealed in them.
     """
 
     source: str
@@ -62,6 +65,7 @@ class Material:
     recordings: Recordings
     thin: Callable[[RealTest], RealTest]
     rests: bool
+    also: tuple[str, ...] = ()
 
 
 def can(diameter_m: float, height_m: float) -> float:
@@ -102,11 +106,13 @@ def _samsung_2(folder: Path) -> Given:
 
 
 def _lg_m50(folder: Path) -> Given:
+    """Its own error is that at 0.5C in the cold, which no trial uses."""
     rates, pulses = (matlab(recording(folder, f)) for f in (lg_m50.RATES, lg_m50.PULSES))
     slow, half = (lg_m50.rate(rates, 25, name) for name in ("0.1C", "0.5C"))
     short = (_felt(lg_m50.pulse(pulses, tenths, slow)) for tenths in lg_m50.PULSED)
     start = Pack(cell=load_cell("lg_m50"))
-    return Given(start=start, tests=(slow, half, *short), check=half.name, body=LG_M50)
+    cold = lg_m50.rate(rates, 0, "0.5C")
+    return Given(start=start, tests=(slow, half, *short), unseen=(cold,), body=LG_M50)
 
 
 def _felt(test: RealTest) -> RealTest:
@@ -128,11 +134,18 @@ def _kept(test: RealTest, keep: npt.NDArray[np.bool_]) -> RealTest:
 
 
 def _panasonic(folder: Path) -> Given:
-    """Every third stretch of the pulses, from full to empty."""
+    """Every third stretch of the pulses, from full to empty.
+
+    Its own error: at 1C on another day, and in the stretches that follow those.
+    """
     slow = discharge_of(panasonic.read(folder, panasonic.SLOW, "C/20 25 degC")[0])
     one = discharge_of(panasonic.read(folder, panasonic.ONE_C, "1C 25 degC")[0])
-    short = recorded_parts(panasonic.pulses(folder))[::3]
-    return Given(start=_scaled(slow), tests=(slow, one, *short), check=one.name, body=PANASONIC)
+    again = discharge_of(panasonic.read(folder, AGAIN_1C, "1C 25 degC, again")[0])
+    short = recorded_parts(panasonic.pulses(folder))
+    return Given(
+        start=_scaled(slow), tests=(slow, one, *short[::3]), unseen=(again, *short[1::3]),
+        body=PANASONIC,
+    )  # fmt: skip
 
 
 def _melasta(folder: Path) -> Given:
@@ -155,10 +168,9 @@ def _leaf(folder: Path) -> Given:
 
 
 def _slow(given: Given) -> Given:
-    """Fitted to all but the test it would be checked by, and in SHORT_PULSES alone."""
-    unseen = tuple(t for t in given.tests if t.name == given.check)
-    tests = tuple(t for t in given.tests if t.name != given.check)
-    return replace(given, tests=tests, check="", unseen=unseen, only=SHORT_PULSES)
+    """Fitted without the whole test that is not the slowest, its check, in SHORT_PULSES alone."""
+    faster, others = given.tests[1], (given.tests[0], *given.tests[2:])
+    return replace(given, tests=others, check="", unseen=(faster,), only=SHORT_PULSES)
 
 
 def _published(make: Callable[[Path], RealCell]) -> Callable[[Path, Path], Base]:
@@ -227,6 +239,10 @@ def _leafs() -> Recordings:
 
 SAMSUNG_OF = "Samsung 30Q, ARTS-Laboratory, CC BY-SA 4.0"
 LG_OF = "LG M50, WMG Warwick, BSD-3"
+LATE = ("clock_shift",)
+"""Of the four drive cycles: their voltage is a sample, 0.1 s, later than their current (correlation
+of the changes of both from sample to sample), that of the pulses is not. Found after the judge had
+named it in the first of them."""
 PANASONIC_OF = "Panasonic NCR18650PF, Kollmeyer, U Wisconsin-Madison"
 
 
@@ -235,7 +251,7 @@ def _steady(test: RealTest) -> RealTest:
 
 
 def _driven(test: RealTest) -> RealTest:
-    return binned(test, DRIVE_S)
+    return binned(test.part(slice(0, int(np.searchsorted(test.time_s, DRIVEN_S)))), DRIVE_S)
 
 
 def _as_it_is(test: RealTest) -> RealTest:
@@ -246,14 +262,15 @@ def _either(test: RealTest) -> RealTest:
     return binned(test, DRIVE_S) if test.name == "drive cycle" else every(test, STEP_S)
 
 
-def _cell(
+def _cell(  # noqa: PLR0913
     source: str, given: Callable[[Path], Given], recordings: Recordings,
     thin: Callable[[RealTest], RealTest] = _steady, *, rests: bool = True,
+    also: tuple[str, ...] = (),
 ) -> Material:  # fmt: skip
     def base(folder: Path, cache: Path) -> Base:
         return base_of(given(folder), cache)
 
-    return Material(source, base, recordings, thin, rests)
+    return Material(source, base, recordings, thin, rests, also)
 
 
 CELLS: Mapping[str, Material] = {
@@ -262,12 +279,12 @@ CELLS: Mapping[str, Material] = {
     "samsung_slow": _cell(SAMSUNG_OF, lambda f: _slow(_samsung(f)), _samsungs("S001")),
     "lg_m50": _cell(LG_OF, _lg_m50, _lg_m50s()),
     "lg_m50_slow": _cell(LG_OF, lambda f: _slow(_lg_m50(f)), _lg_m50s()),
-    "panasonic": _cell(PANASONIC_OF, _panasonic, _panasonics(), _driven),
+    "panasonic": _cell(PANASONIC_OF, _panasonic, _panasonics(), _driven, also=LATE),
     "panasonic_slow": _cell(
-        PANASONIC_OF, lambda f: _slow(_panasonic(f)), _panasonics(), _driven
+        PANASONIC_OF, lambda f: _slow(_panasonic(f)), _panasonics(), _driven, also=LATE
     ),
     "melasta": _cell("Melasta SLPBA842124HV, SINTEF", _melasta, _melastas(), _as_it_is),
-    "leaf": _cell("Nissan Leaf cell, batterysim, MIT", _leaf, _leafs(), rests=False),
+    "leaf": _cell("Nissan Leaf cell, batterysim, MIT", _leaf, _leafs(), _as_it_is, rests=False),
     "nmc": Material(
         "NMC111 pouch, About:Energy, CC BY-SA 4.0", _published(about_energy.nmc),
         _about_energies("nmc"), _either, rests=False,

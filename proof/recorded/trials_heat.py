@@ -9,7 +9,7 @@ import numpy as np
 
 from proof.question import Question
 from proof.question import Recording as Given
-from proof.recorded.base import Base, rest_soc
+from proof.recorded.base import Base, start_soc
 from proof.recorded.heat_bases import CELLS
 from proof.recorded.heat_list import ENTRIES, Entry, Kind
 from proof.recorded.measured import NotHere, RealTest
@@ -19,7 +19,6 @@ from twin.constants import ZERO_CELSIUS_K
 from twin.mismatch.problem import Problem
 from twin.mismatch.split import split
 
-RESTS = 0.02  # of the largest current: less is a rest, whose voltage is that of the open circuit
 TRANSPORTS = ("electrolyte_transport", "solid_diffusion_negative", "solid_diffusion_positive")
 KINDS = {
     Kind.ISOTHERMAL: "temperature",
@@ -62,16 +61,9 @@ def _made(entry: Entry, folder: Path, cache: Path) -> tuple[Question, Truth]:
     except NotHere as e:
         raise NoTrial(str(e)) from e
     thin = [material.thin(test) for test in tests]
-    soc = start_soc(base, tests[0]) if material.rests else base.full_soc
+    soc = start_soc(base.pack.cell, tests[0], base.full_soc) if material.rests else base.full_soc
     question = _question(entry, base, soc, thin)
     return question, _truth(entry, question, thin)
-
-
-def start_soc(base: Base, test: RealTest) -> float:
-    """State of charge by the first voltage, if no current flows yet; else as after any charge."""
-    if abs(test.current_A[0]) > RESTS * np.abs(test.current_A).max():
-        return base.full_soc
-    return rest_soc(base.pack.cell, float(test.voltage_V[0]))
 
 
 def _question(entry: Entry, base: Base, soc: float, tests: Sequence[RealTest]) -> Question:
@@ -109,6 +101,7 @@ def _truth(entry: Entry, question: Question, tests: Sequence[RealTest]) -> Truth
         effects=EFFECTS[entry.kind],
         strength=missed_V(question) / floor_V,
         floor_V=floor_V,
+        also=CELLS[entry.cell].also,
         forbidden=("self_heating",) if entry.kind is Kind.CONTROL else (),
         channels=tuple(
             Channel(recording=name_of(k), time_s=t.time_s, temperature_K=t.temperature_K)

@@ -1,0 +1,49 @@
+"""From models to a verdict, with fits that are only numbers."""
+
+from dataclasses import dataclass, field
+from types import SimpleNamespace
+from typing import Any, cast
+
+import numpy as np
+import pytest
+
+from twin.mismatch.choose import Model
+from twin.mismatch.decide import decide
+from twin.mismatch.finding import Verdict
+
+
+@dataclass
+class Fit:
+    """As much of a fit as a verdict without a name asks for."""
+
+    ids: tuple[str, ...]
+    fitted_V: float
+    ahead_V: float
+    excess: float = 1.0
+    q: Any = field(default_factory=lambda: np.zeros(1))
+    there: Any = field(default_factory=lambda: SimpleNamespace(residuals=np.zeros(1000)))
+    ahead: Any = field(default_factory=lambda: SimpleNamespace(residuals=np.zeros(1000)))
+    judge: Any = field(
+        default_factory=lambda: SimpleNamespace(
+            flights=[SimpleNamespace(pack=SimpleNamespace(series=1))]
+        )
+    )
+
+    def rms_V(self) -> float:
+        return self.fitted_V
+
+    def held_out_rms_V(self) -> float:
+        return self.ahead_V
+
+
+def model(fit: Fit, log_evidence: float, probability: float) -> Model:
+    return Model(fitted=cast(Any, fit), log_evidence=log_evidence, probability=probability)
+
+
+@pytest.mark.parametrize(("excess", "verdict"), [(1.0, Verdict.NONE), (50.0, Verdict.UNKNOWN)])
+def test_what_predicts_worse_than_nothing_is_not_named(excess: float, verdict: Verdict) -> None:
+    null = model(Fit((), 0.0243, 0.0187, excess=excess), 0.0, 1e-9)
+    misled = model(Fit(("ocv_hysteresis",), 0.0104, 0.0230), 20.0, 1.0)
+    found = decide([misled, null], 1.0, 0.0004)
+    assert found.verdict is verdict
+    assert found.effects == ()
