@@ -11,8 +11,9 @@ from proof.simulated.configured import Configured
 from proof.simulated.draw import Drawn
 from proof.simulated.effects import ALL
 from proof.simulated.flights import TrueFlight, true_flight
+from proof.simulated.flown import Flown, fly
 from proof.simulated.numbers import true_value
-from proof.simulated.pack_truth import Flown, PackTruth, fly
+from proof.simulated.pack_truth import PackTruth
 from proof.simulated.record import Concealed, Recording, record
 from proof.simulated.solves import OutOfReachError, Solves
 from proof.simulated.strength import missed_V, size_for

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from proof.simulated.pack_truth import Flown
+from proof.simulated.flown import Flown
 from proof.simulated.strength import NOISE_V
 
 FloatArray = npt.NDArray[np.float64]

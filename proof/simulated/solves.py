@@ -9,7 +9,8 @@ import numpy as np
 import numpy.typing as npt
 import pybamm
 
-from proof.simulated.cell_truth import POINTS, TOLERANCE, CellTruth, solve
+from proof.simulated.cell_truth import CellTruth
+from proof.simulated.dfn import POINTS, TOLERANCE, solve
 
 FloatArray = npt.NDArray[np.float64]
 

@@ -8,7 +8,8 @@ import numpy as np
 from proof.simulated.configured import Configured
 from proof.simulated.effects import Effect
 from proof.simulated.flights import TrueFlight
-from proof.simulated.pack_truth import Flown, PackTruth, fly
+from proof.simulated.flown import Flown, fly
+from proof.simulated.pack_truth import PackTruth
 from proof.simulated.solves import OutOfReachError, Solves
 
 NOISE_V = 0.008  # rms, of the pack's voltage

@@ -17,7 +17,8 @@ import numpy as np
 
 from proof.simulated.effects import ALL
 from proof.simulated.flights import TrueFlight, true_flight
-from proof.simulated.pack_truth import PackTruth, fly
+from proof.simulated.flown import fly
+from proof.simulated.pack_truth import PackTruth
 from proof.simulated.record import record
 from proof.simulated.solves import OutOfReachError, Solves
 from proof.simulated.strength import NOISE_V, STRENGTHS, missed_V, size_for

@@ -11,8 +11,8 @@ from itertools import chain
 
 import numpy as np
 
-from proof.simulated.cell_truth import TOLERANCE, solve
 from proof.simulated.configured import Configured
+from proof.simulated.dfn import TOLERANCE, solve
 from proof.simulated.effects import LIBRARY
 from proof.simulated.flights import true_flight
 from proof.simulated.pack_truth import PackTruth

@@ -8,11 +8,13 @@ import pytest
 
 pybamm = pytest.importorskip("pybamm", reason="PyBaMM makes the truth of these cases")
 
-from proof.simulated.cell_truth import SIDES, CellTruth  # noqa: E402
+from proof.simulated.cell_truth import CellTruth  # noqa: E402
+from proof.simulated.dfn import SIDES, values_of  # noqa: E402
 from proof.simulated.effects import ALL, FOREIGN, LIBRARY, PAIRS  # noqa: E402
 from proof.simulated.faults import FAULTS, Traces  # noqa: E402
 from proof.simulated.flights import TrueFlight, true_flight  # noqa: E402
-from proof.simulated.pack_truth import PackTruth, fly  # noqa: E402
+from proof.simulated.flown import fly  # noqa: E402
+from proof.simulated.pack_truth import PackTruth  # noqa: E402
 from proof.simulated.solves import OutOfReachError, Solves  # noqa: E402
 from proof.simulated.strength import NOISE_V, STRENGTHS, found  # noqa: E402
 from tests.mismatch_cases.case import Case, load_question  # noqa: E402
@@ -143,7 +145,7 @@ def test_a_cell_with_heat_warms_and_gives_more(hop: TrueFlight, solves: Solves) 
 
 def at_start(truth: CellTruth) -> tuple[float, float]:
     """Rest voltage, and lithium in both electrodes [mol/m2], of the parameters PyBaMM is given."""
-    values, potentials, lithium = truth.values(), [], 0.0
+    values, potentials, lithium = values_of(truth), [], 0.0
     for side in SIDES:
         concentration = values[f"Initial concentration in {side.lower()} electrode [mol.m-3]"]
         most = values[f"Maximum concentration in {side.lower()} electrode [mol.m-3]"]

@@ -9,7 +9,7 @@ import numpy as np
 import numpy.typing as npt
 import pybamm
 
-from proof.simulated.cell_truth import okane
+from proof.simulated.dfn import okane
 from tests.reference.dfn import Mesh
 
 FloatArray = npt.NDArray[np.float64]
