@@ -1,0 +1,87 @@
+"""`twin prove`: files, words and exit codes."""
+
+import json
+from importlib import resources
+from pathlib import Path
+
+import jsonschema
+import pytest
+from click.testing import CliRunner, Result
+
+pytest.importorskip("cryptography", reason="truths are sealed with `cryptography`")
+
+from analyze.workbench.__main__ import main
+from proof import command
+from proof import run as protocol
+from proof.run import LEDGER
+from proof.trial import Trial
+from tests.proof import trials
+from tests.proof.test_protocol import says_resistance
+
+
+def call(*arguments: str | Path) -> Result:
+    return CliRunner().invoke(main, ["prove", *map(str, arguments)])
+
+
+def few(_seed: int, _count: int, _solves: Path) -> tuple[Trial, ...]:
+    """In place of those by PyBaMM."""
+    return (
+        trials.trial("a", trials.OHM),
+        Trial(name="b", source="nobody", make=trials.refused),
+    )
+
+
+@pytest.mark.slow
+def test_files_a_line_a_trial_and_a_check(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(command, "NEEDED", ("cryptography",))
+    monkeypatch.setattr(command, "simulated", few)
+    monkeypatch.setattr(protocol, "judge", says_resistance)
+    done = call("--out", tmp_path, "--seed", 3, "--trials", 2, "--jobs", 1)
+    assert done.exit_code == 1, done.output  # one could not be made
+    assert "right    1 of 1, 1 not made" in done.output
+    assert "there is no recording of it" in done.output
+    written = json.loads((tmp_path / "proof.json").read_text())
+    schema = (resources.files("proof") / "proof.schema.json").read_text(encoding="utf-8")
+    jsonschema.validate(written, json.loads(schema))
+    assert "--seed 3 --trials 2" in json.dumps(written)
+    page = (tmp_path / "proof.html").read_text()
+    assert "twin prove --seed 3" in page
+    assert "there is no recording of it" in page
+    checked = call("--check", tmp_path)
+    assert checked.exit_code == 0, checked.output
+    assert "holds    1 trials" in checked.output
+    ledger = tmp_path / LEDGER
+    ledger.write_text(ledger.read_text().replace("judged", "guessed"))
+    assert call("--check", tmp_path).exit_code == 1
+
+
+def test_wrong_use(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    nothing = call("--check", tmp_path)
+    assert nothing.exit_code == 2
+    assert "no proof in" in nothing.output
+    monkeypatch.setattr(command, "NEEDED", ("cryptography", "no_such_simulator"))
+    missing = call("--out", tmp_path / "out")
+    assert missing.exit_code == 2
+    assert "no_such_simulator not installed" in missing.output
+    assert "[proof]" in missing.output
+    monkeypatch.setattr(command, "NEEDED", ())
+    none = call("--out", tmp_path / "out", "--trials", 0)
+    assert none.exit_code == 2
+    assert "--trials or --recordings" in none.output
+    file = tmp_path / "file"
+    file.write_text("")
+    assert call("--out", file / "out").exit_code == 2
+
+
+def test_a_seed_that_nobody_gave_is_told(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(command, "NEEDED", ())
+    seen: list[int] = []
+
+    def none(seed: int, _count: int, _solves: Path) -> tuple[Trial, ...]:
+        seen.append(seed)
+        return ()
+
+    monkeypatch.setattr(command, "simulated", none)
+    for _ in range(2):
+        call("--out", tmp_path)
+    assert len(set(seen)) == 2  # from the system's randomness: equal once in 10^9
