@@ -16,13 +16,16 @@ from twin.calibrate.flight import FlightFit, NotFitted, fit_flight
 from twin.calibrate.flight_problem import Flown, Known
 from twin.effects import SeriesResistance
 from twin.load import Load
-from twin.mismatch import HYPOTHESES, Flight, Verdict, explain
+from twin.mismatch import HYPOTHESES, Flight
+from twin.mismatch.fit import fit
 from twin.mismatch.problem import beyond_cut_offs
+from twin.mismatch.split import split
 from twin.pack import Pack
 from twin.simulate import simulate
 
 BoolArray = npt.NDArray[np.bool_]
 
+LATE = 0.95  # of the error without: less is worth an effect
 TIMING = ("clock_shift", "sensor_lag")
 MEAN_S = 2.0  # long to the noise of samples, short to what a twin errs by (twin.mismatch.split)
 
@@ -125,7 +128,7 @@ def fitted(run: Run) -> Fitted:
     """By least squares to the blocks of `Part.BASE`, then with current and voltage on one clock.
 
     As a user has it who keeps a twin of a healthy pack: `analyze` fits the flight; where loggers
-    filter and poll the two apart, `twin explain` names it, and that is adopted.
+    filter and poll the two apart, the engine's fit of that is adopted.
     """
     start = Fitted(run=run, pack=run.pack, ambient_K=run.pack.initial_K)
     flown = Flown(load=start.load(run.current_A), voltage_V=run.part(Part.BASE), in_air=run.counted)
@@ -136,15 +139,16 @@ def fitted(run: Run) -> Fitted:
 
 
 def _aligned(start: Fitted) -> Fitted:
-    """With what `explain` names of TIMING in `Part.BASE`, judged on `Part.FLOOR`."""
+    """With the effect of TIMING that `Part.BASE` shows, if `Part.FLOOR` is missed less with it."""
     flights = [start.flight(part) for part in (Part.BASE, Part.FLOOR)]
-    timing = [h for h in HYPOTHESES if h.id in TIMING]
-    verdict = explain(flights[:1], flights[1:], hypotheses=timing)
-    pack = start.pack
-    for effect in verdict.effects if verdict.verdict is Verdict.NAMED else ():
-        (own,) = (h for h in HYPOTHESES if h.id == effect.id)
-        told = {v.name: v.value for v in effect.parameters}
-        pack = replace(own, fitted=tuple(told)).within(pack, list(told.values()))
+    data = split(flights[:1], flights[1:])
+    best_V, pack = LATE * fit(data, ()).held_out_rms_V(), start.pack
+    for timing in (h for h in HYPOTHESES if h.id in TIMING):
+        found = fit(data, [timing])
+        if found.held_out_rms_V() < best_V:
+            best_V = found.held_out_rms_V()
+            told = found.problem.values(found.q)[timing.id]
+            pack = timing.within(start.pack, list(told.values()))
     return replace(start, pack=pack)
 
 
