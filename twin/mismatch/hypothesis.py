@@ -109,9 +109,22 @@ Of a clock all shifts that it may have: gusts that do not overlap draw a fit now
 samples every shift averages noise, a minimum of its own half a sample from none."""
 
 
+OF_CHARGE = (
+    "current_gain", "current_offset", "initial_soc", "lithium_inventory_loss",
+    "active_material_loss_negative", "active_material_loss_positive",
+)  # fmt: skip
+"""Effects of one number that say when the pack is empty. Where it is, the voltage falls as from a
+cliff: descent from no effect stops at the edge, so a fit begins beyond it as well."""
+
+
 def _plain(kind: type[AnyEffect]) -> Hypothesis:
     names = tuple(p.name for p in kind.parameters)
-    fitted, starts = SEVERAL.get(kind.id, (names, (tuple(p.value for p in kind.parameters),)))
+    own = tuple(p.value for p in kind.parameters)
+    fitted, starts = SEVERAL.get(kind.id, (names, (own,)))
+    if kind.id in OF_CHARGE:
+        (p,) = kind.parameters
+        sides = (-1.0,) if kind is InitialSoc else (-1.0, 1.0)  # most packs start near full
+        starts = (own, *((value_of(p, p.value, side),) for side in sides))
     return Hypothesis(id=kind.id, kind=kind, fitted=fitted, starts=starts)
 
 
