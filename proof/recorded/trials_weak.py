@@ -3,8 +3,8 @@
 The list was written before any of it was judged.
 
 Leaf: 6 pairs of aged cells in series, 1C from rest down to where the first pair is empty. The twin
-is calibrated to 1C and 2C of a single cell of the make; what it misses of another run at 1C, six
-times over, is its error. By the voltages of the pairs two are weak: at the start they rest 40 and
+is calibrated to 1C of a single cell of the make; what it misses of another such run, six times
+over, is its error. By the voltages of the pairs two are weak: at the start they rest 40 and
 30 mV below the others, at the end the weakest is at 3.00 V and the second at 3.21 V where the
 others are at 3.45 V (the single cell, after as much charge, is within 20 mV of those up to 24 Ah).
 `weak_cell` has to be named. The others age too: a loss of lithium or of material may be beside it.
@@ -82,7 +82,7 @@ def _here(make: Make, folder: Path, cache: Path) -> tuple[Question, Truth]:
 
 
 def leaf_base(folder: Path, cache: Path) -> Calibrated:
-    """A single cell by a discharge at 1C and one at 2C, 25 degC."""
+    """A single cell by a discharge at 1C, 25 degC, about the open-circuit curve of its pulses."""
     start = leaf_cell.start_cell(leaf_cell.pulses(folder))
     body = replace(
         start.cell,
@@ -101,7 +101,7 @@ def leaf_base(folder: Path, cache: Path) -> Calibrated:
             voltage_V=t.voltage_V,
             between=Between.LINEAR,
         )
-        for t in (single(folder, 1, 0), single(folder, 2, 1))
+        for t in (single(folder, 1, 0),)
     ]
     return calibrated(replace(start, cell=body, effects=(heating,)), tests, cache)
 

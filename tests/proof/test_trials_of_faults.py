@@ -1,0 +1,81 @@
+"""A fault put into a real current: what undoes it, and that nothing of it is given away."""
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from proof.recorded.blocks import Part, Run, one_resistance
+from proof.recorded.trials_fault import LABORATORY, LIST, Fault, fault_trials, faulty, number
+from proof.trial import NoTrial
+from twin.builtin import load_cell
+from twin.effects import (
+    ClockShift,
+    CurrentGain,
+    CurrentOffset,
+    SensorLag,
+    SeriesResistance,
+)
+from twin.pack import Pack
+
+UNDO = {
+    "current_gain": lambda v: CurrentGain(gain=v),
+    "current_offset": lambda v: CurrentOffset(offset_A=v),
+    "sensor_lag": lambda v: SensorLag(lag_s=v),
+    "clock_shift": lambda v: ClockShift(shift_s=v),
+}
+SIZES = {"current_gain": 0.08, "current_offset": -1.5, "sensor_lag": 0.5, "clock_shift": 0.5}
+
+
+def run(rounds: int = 2) -> Run:
+    """A gusty flight; its voltage only says which sample it is."""
+    time_s = np.arange(0.0, 80.0, 0.1)
+    current_A = 15 + 4 * np.sin(time_s / 2) + 2 * np.sin(time_s / 0.9)
+    return Run(
+        pack=Pack(cell=load_cell("lipo_2200")), known=LABORATORY, time_s=time_s,
+        current_A=current_A, voltage_V=np.arange(time_s.size, dtype=float),
+        counted=(time_s > 5.0) & (time_s < 75.0), rounds=rounds,
+    )  # fmt: skip
+
+
+@pytest.mark.parametrize("effect", sorted(SIZES))
+def test_the_true_number_gives_back_the_current(effect: str) -> None:
+    flown, fault = run(), Fault(source="", effect=effect, size=SIZES[effect])
+    wrong_A = faulty(flown, fault)
+    undone_A = UNDO[effect](number(fault)[1]).flowed_A(flown.time_s, wrong_A)
+    inside = slice(20, -20)  # at its ends a shifted current is not known
+    left = np.std((undone_A - flown.current_A)[inside])
+    assert left < 0.1 * np.sqrt(np.mean((wrong_A - flown.current_A)[inside] ** 2))
+
+
+def test_every_sample_that_counts_is_in_one_part() -> None:
+    flown = run()
+    seen = np.array([np.isfinite(flown.part(part)) for part in Part])
+    assert np.array_equal(seen.sum(axis=0), flown.counted.astype(int))
+    shares = seen.mean(axis=1) / flown.counted.mean()
+    assert shares == pytest.approx([0.25] * 4, abs=0.01)
+
+
+def test_a_recording_has_the_voltage_of_its_own_part_alone() -> None:
+    flown = run()
+    given = flown.recording(Part.FITTED, "first", flown.current_A)
+    other = np.isfinite(flown.part(Part.BASE)) | np.isfinite(flown.part(Part.FLOOR))
+    assert np.isnan(given.voltage_V[other]).all()
+
+
+def test_resistances_become_one() -> None:
+    two = (SeriesResistance(resistance_ohm=0.01), SeriesResistance(resistance_ohm=0.02))
+    pack = Pack(cell=load_cell("lipo_2200"))
+    (one,) = one_resistance(replace(pack, effects=two)).effects
+    assert one == SeriesResistance(resistance_ohm=pytest.approx(0.03))
+    assert one_resistance(pack) is pack
+
+
+def test_the_list_has_neutral_names_and_no_trial_without_its_recording(tmp_path: Path) -> None:
+    trials = fault_trials(tmp_path, tmp_path)
+    assert len({t.name for t in trials}) == len(LIST) == len(trials)
+    assert not any(f.effect in t.name for f, t in zip(LIST, trials, strict=True))
+    for trial in trials:
+        with pytest.raises(NoTrial, match="no recording"):
+            trial.make()
