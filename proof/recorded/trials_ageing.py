@@ -2,11 +2,11 @@
 
 The list was written before any of it was judged. The Sony VTC6 over 268 missions: its twin is
 calibrated to the first check-up; its error is what it misses of the second one, after 50 missions,
-which has lost 2.5 % already and makes that error large rather than small. It is given a check-up after a third and two thirds of its
-life and at its end,
-and the next one to judge by; what that one gave is the capacity that is asked for. At C/5 from full
-to empty what shows is charge: lithium that no longer cycles or material that is cut off, and a
-terminal voltage does not tell for certain which; resistance grows with it.
+which has lost 2.5 % already and makes that error large rather than small. It is given a check-up
+after a third and two thirds of its life and at its end, and the next one to judge by; what that one
+gave is the capacity that is asked for. At C/5 from full to empty what shows is charge: lithium that
+no longer cycles or material that is cut off, and a terminal voltage does not tell for certain
+which; resistance grows with it.
 
 Not made: missions of the aged cell. They were resampled to 30 s, and by that the charge of one with
 75 s of take-off is known to 4 % (1.83 to 2.00 Ah in the first three), as much as the cell lost in
