@@ -30,6 +30,9 @@ the right one. Nearer, what is left has to be noise."""
 CELL_V = 0.1
 """Of a cell: what may be left in that case. Calibrated twins miss 10 to 80 mV of tests that they
 have not seen (`benchmarks/calibration_real.py`); more is not explained."""
+OWN_ERROR = 2.0
+"""Times the stated error of a twin, likewise: in other air and at other rates than it was calibrated
+in it errs more (LG M50: 38 mV at 10 degC, 80 at 0 degC, by `benchmarks/calibration_real.py`)."""
 MOST_ALIKE = 3  # members of a list of equivalents that still is a name
 LIKELY = 0.5
 
@@ -122,7 +125,8 @@ def nearly(fitted: Fitted, null: Fitted, noise_V: float) -> bool:
     """Little is left on what was not fitted, see NEARLY_ALL, and more than noise could hide."""
     left_V, share = fitted.held_out_rms_V(), NEARLY_ALL / len(fitted.ids)
     little = left_V**2 - noise_V**2 < share * (null.held_out_rms_V() ** 2 - noise_V**2)
-    return little and NOT_NOISE * noise_V < left_V < CELL_V * _series(fitted)
+    most_V = max(CELL_V * _series(fitted), OWN_ERROR * fitted.judge.slow_V)
+    return little and NOT_NOISE * noise_V < left_V < most_V
 
 
 def candidates(models: Sequence[Model]) -> tuple[Candidate, ...]:

@@ -78,6 +78,11 @@ class Problem:
         return len(self._terms) + len(self.flights)
 
     @property
+    def slow_V(self) -> float:
+        """The twin's own error, as it is taken to be in the recordings."""
+        return max((w.noise.slow_V for w in self._whiteners), default=0.0)
+
+    @property
     def bounds(self) -> tuple[FloatArray, FloatArray]:
         """(k,) least and largest coordinates."""
         ends = [tuple(coordinate_of(p, c, v) for v in limits) for p, c, limits in self._terms]
