@@ -3,6 +3,7 @@
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from enum import Enum
+from math import isfinite
 from typing import Any
 
 import numpy as np
@@ -32,7 +33,7 @@ class Revealed:
         channel: what was measured.
         time_s: (n,) where both are known.
         measured: (n,)
-        before: (n,) by the twin as configured.
+        before: (n,) by the twin as configured; NaN where it has come to its end.
         after: (n,) by the one that was adopted; None if none was.
     """
 
@@ -54,13 +55,19 @@ class Revealed:
         return 1.0 if self.channel is Hidden.TEMPERATURE else 1e3
 
     def rms(self, predicted: FloatArray) -> float:
-        """Root mean square of predicted minus measured."""
-        return float(np.sqrt(np.mean((predicted - self.measured) ** 2)))
+        """Root mean square of predicted minus measured, where there is a prediction."""
+        return _rms(predicted - self.measured)
 
     def change_rms(self, predicted: FloatArray) -> float:
         """The same of the changes since the first sample: where it starts is often only assumed."""
         error = predicted - self.measured
-        return float(np.sqrt(np.mean((error - error[0]) ** 2)))
+        return _rms(error - error[0])
+
+
+def _rms(error: FloatArray) -> float:
+    """NaN if there is none."""
+    there = error[np.isfinite(error)]
+    return float(np.sqrt(np.mean(there**2))) if there.size else float("nan")
 
 
 def reveal(
@@ -81,18 +88,17 @@ def reveal(
     after = dict(_predicted(adopted, load, table)) if adopted else {}
     out = []
     for channel, measured in _measured(table, configured.series):
-        both = [measured, before[channel], *([after[channel]] if after else [])]
-        good = np.all(np.isfinite(both), axis=0)
+        best = (after or before)[channel]
+        good = np.isfinite(measured) & np.isfinite(best)
         if good.any():
-            own = [v[good] for v in both]
             out.append(
                 Revealed(
                     flight=flight,
                     channel=channel,
                     time_s=table.time_s[good],
-                    measured=own[0],
-                    before=own[1],
-                    after=own[2] if after else None,
+                    measured=measured[good],
+                    before=before[channel][good],
+                    after=best[good] if after else None,
                 )
             )
     if not out:
@@ -149,5 +155,7 @@ def _channel(r: Revealed) -> dict[str, Any]:
     for when, predicted in (("before", r.before), ("after", r.after)):
         both = (None, None) if predicted is None else (r.rms(predicted), r.change_rms(predicted))
         for key, value in zip(("rmse", "change_rmse"), both, strict=True):
-            out[f"{key}_{when}"] = None if value is None else r.factor * value
+            out[f"{key}_{when}"] = (
+                None if value is None or not isfinite(value) else r.factor * value
+            )
     return out
