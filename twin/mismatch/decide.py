@@ -31,8 +31,8 @@ CELL_V = 0.1
 """Of a cell: what may be left in that case. Calibrated twins miss 10 to 80 mV of tests that they
 have not seen (`benchmarks/calibration_real.py`); more is not explained."""
 OWN_ERROR = 2.0
-"""Times the stated error of a twin, likewise: at other rates and in other air than those it was
-calibrated to it errs more (LG M50: 38 mV at 10 degC, 80 at 0 degC, by `benchmarks/calibration_real.py`)."""
+"""Times the stated error of a twin, likewise: at other rates and in other air than those of its
+calibration it errs more (`benchmarks/calibration_real.py`: LG M50 38 mV at 10 degC, 80 at 0)."""
 MOST_ALIKE = 3  # members of a list of equivalents that still is a name
 LIKELY = 0.5
 
