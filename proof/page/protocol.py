@@ -23,9 +23,9 @@ LEAD = (
     "own. It gets a folder with what a user would have, a twin and recordings, under names that "
     "say nothing; it has neither the truth nor its key. When its verdict is written, the "
     "verdict's hash is entered too. Then the truth is opened, with its key, and compared.",
-    "Simulated truths are PyBaMM's Doyle-Fuller-Newman model on fine meshes. Against meshes twice as "
-    "fine in every direction and a hundredth of the tolerance, the voltage of four cells in series "
-    "is 0.3 to 0.9 mV rms off, by cell and effect (tests/mismatch_cases/mesh_error.py).",
+    "Simulated truths are PyBaMM's Doyle-Fuller-Newman model on fine meshes. Against meshes twice "
+    "as fine in every direction and a hundredth of the tolerance, the voltage of four cells in "
+    "series is 0.3 to 0.9 mV rms off, by cell and effect (tests/mismatch_cases/mesh_error.py).",
     "Every entry of the ledger holds the hash of the one before it, so none can be changed or "
     "left out later without the last hash becoming another. It tells the order, and that nothing "
     "was exchanged later. That its clock was right, or that no other run was thrown away, it "
