@@ -30,7 +30,6 @@ A = TypeVar("A")
 
 LEDGER, TRIALS = "ledger.jsonl", "trials"
 QUESTION, SEALED, WRITTEN, TRUTH = "question", "truth.sealed", "verdict", "truth.json"
-MOST_TASKS = 8  # of a process: PyBaMM keeps what it has seen
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -211,9 +210,7 @@ def _judged(
 def _processes(jobs: int) -> Iterator[Executor]:
     """Workers that leave Ctrl-C to the program they work for."""
     context = multiprocessing.get_context("spawn")
-    with ProcessPoolExecutor(
-        jobs, mp_context=context, initializer=_deaf, max_tasks_per_child=MOST_TASKS
-    ) as pool:
+    with ProcessPoolExecutor(jobs, mp_context=context, initializer=_deaf) as pool:
         yield pool
 
 
