@@ -103,6 +103,8 @@ class _Counted:
         assert callable(self._tell)
         before = self.PHASES.index(phase) * self._total
         self._tell(before + done + self._total - of, f"{phase} {name}")
+        if done == of:
+            click.echo(f"{phase:8s} {of} trials")
 
 
 def _trials(request: Request, seed: int) -> tuple[Trial, ...]:
