@@ -193,10 +193,6 @@ def _published(make: Callable[[Path], RealCell]) -> Callable[[Path, Path], Base]
     return base
 
 
-def _calibrated(given: Callable[[Path], Given]) -> Callable[[Path, Path], Base]:
-    return lambda folder, cache: base_of(given(folder), cache)
-
-
 def _samsungs(cell: str) -> Recordings:
     return {name: partial(samsung.read, name=name, cell=cell) for name in ("2C", "3C", "4C")}
 
