@@ -16,16 +16,16 @@ fastest fit test. A fit test with gaps in the voltage is fitted as several, each
 import sys
 import time
 from argparse import ArgumentParser
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from itertools import groupby
 from pathlib import Path
 
 import numpy as np
-from scipy.optimize import minimize_scalar
 
 from benchmarks.real_cells.__main__ import SHARED
 from proof.recorded import about_energy, lg_m50, panasonic, samsung
+from proof.recorded.base import cooled
 from proof.recorded.measured import (
     BEYOND_V,
     NotHere,
@@ -40,9 +40,7 @@ from twin.calibrate.reference import ReferenceTest
 from twin.calibrate.run import Search, conclude, fit, problem_of
 from twin.calibrate.search import search
 from twin.effects import SelfHeating, SeriesResistance
-from twin.load import Load
 from twin.pack import Pack
-from twin.simulate import simulate
 
 CELLS: dict[str, Callable[[Path], RealCell]] = {
     "lg_m50": lg_m50.cell,
@@ -51,7 +49,6 @@ CELLS: dict[str, Callable[[Path], RealCell]] = {
     "nmc": about_energy.nmc,
     "lfp": about_energy.lfp,
 }
-COOLING_W_m2_K = (1.0, 200.0)  # looked for between still air and a clamp
 HEADER = "use | test | as it is | start fitted | least squares | searched"
 
 
@@ -75,34 +72,7 @@ def to_fit(cell: RealCell) -> tuple[Pack, list[ReferenceTest]]:
     starts_K = [float(t.temperature_K[0]) for t in tests if t.temperature_K is not None]
     if starts_K:
         pack = cooled(replace(pack, initial_K=float(np.mean(starts_K))), tests)
-    return pack, [
-        ReferenceTest(
-            name=t.name, time_s=t.time_s, current_A=t.current_A, voltage_V=t.voltage_V,
-            ambient_K=pack.initial_K if t.temperature_K is None else float(t.temperature_K[0]),
-        )
-        for t in tests
-    ]  # fmt: skip
-
-
-def cooled(pack: Pack, tests: Sequence[RealTest]) -> Pack:
-    """The same with losses that heat it, and the cooling that the fastest full test shows."""
-    whole = [t for t in tests if np.ptp(t.drawn_C) > 0.5 * max(np.ptp(o.drawn_C) for o in tests)]
-    test = min(whole, key=lambda t: float(t.time_s[-1]))
-    measured_K = test.temperature_K
-    assert measured_K is not None
-    load = Load(time_s=test.time_s, current_A=test.current_A, ambient_K=float(measured_K[0]))
-
-    def heated(log_transfer: float) -> Pack:
-        heating = SelfHeating(heat_transfer_W_m2_K=float(np.exp(log_transfer)))
-        return replace(pack, effects=(*pack.effects, heating))
-
-    def misfit_K(log_transfer: float) -> float:
-        got_K = simulate(heated(log_transfer), load).temperature_K
-        return float(np.sqrt(np.mean((got_K - measured_K[: got_K.size]) ** 2)))
-
-    low, high = np.log(COOLING_W_m2_K)
-    best = minimize_scalar(misfit_K, bounds=(low, high), method="bounded", options={"xatol": 0.05})
-    return heated(float(best.x))
+    return pack, [t.reference(ambient_K=t.start_K(pack.initial_K)) for t in tests]
 
 
 def calibrated(

@@ -184,7 +184,7 @@ def _missed_V(
     ohm = SeriesResistance(resistance_ohm=found.numbers["series_resistance_ohm"])
     squares = []
     for test in unseen:
-        start_K = ROOM_K if test.temperature_K is None else float(test.temperature_K[0])
+        start_K = test.start_K(ROOM_K)
         pack = Pack(cell=wide(cell), initial_K=start_K, effects=(ohm, *heating))
         pack = replace(pack, initial_soc=start_soc(cell, test, _full(found)))
         load = Load(
@@ -223,18 +223,11 @@ def _to_fit(given: Given) -> tuple[Pack, list[ReferenceTest]]:
     pack = replace(given.start, cell=body)
     starts_K = [float(t.temperature_K[0]) for t in parts if t.temperature_K is not None]
     if starts_K:
-        pack = _cooled(replace(pack, initial_K=float(np.mean(starts_K))), (*parts, *given.unseen))
-    return pack, [
-        ReferenceTest(
-            name=t.name, time_s=t.time_s, current_A=t.current_A, voltage_V=t.voltage_V,
-            between=Between.HOLD,
-            ambient_K=pack.initial_K if t.temperature_K is None else float(t.temperature_K[0]),
-        )
-        for t in parts
-    ]  # fmt: skip
+        pack = cooled(replace(pack, initial_K=float(np.mean(starts_K))), (*parts, *given.unseen))
+    return pack, [t.reference(ambient_K=t.start_K(pack.initial_K)) for t in parts]
 
 
-def _cooled(pack: Pack, tests: Sequence[RealTest]) -> Pack:
+def cooled(pack: Pack, tests: Sequence[RealTest]) -> Pack:
     """The same with losses that heat it, and the cooling that the fastest whole test shows."""
     most_C = max(np.ptp(t.drawn_C) for t in tests)
     test = min(

@@ -12,16 +12,15 @@ import numpy.typing as npt
 
 from proof.question import Recording
 from proof.recorded.measured import FloatArray
+from proof.recorded.replay import whole_V
 from twin.calibrate.flight import FlightFit, NotFitted, fit_flight
 from twin.calibrate.flight_problem import Flown, Known
 from twin.effects import SeriesResistance
 from twin.load import Load
 from twin.mismatch import HYPOTHESES, Flight
 from twin.mismatch.fit import fit
-from twin.mismatch.problem import beyond_cut_offs
 from twin.mismatch.split import split
 from twin.pack import Pack
-from twin.simulate import simulate
 
 BoolArray = npt.NDArray[np.bool_]
 
@@ -118,10 +117,7 @@ class Fitted:
 
     def _residual_V(self, part: Part, current_A: FloatArray) -> FloatArray:
         """(n,) NaN elsewhere; where the simulation ended as at its end."""
-        load = self.load(current_A)
-        got = simulate(beyond_cut_offs(self.pack), load).voltage_V
-        whole = np.append(got, np.full(load.time_s.size - got.size, got[-1]))
-        return np.asarray(self.run.part(part) - whole)
+        return np.asarray(self.run.part(part) - whole_V(self.pack, self.load(current_A)))
 
 
 def fitted(run: Run) -> Fitted:

@@ -11,7 +11,9 @@ import numpy.typing as npt
 from scipy.io import loadmat
 
 from twin.builtin import load_cell
+from twin.calibrate.reference import ReferenceTest
 from twin.cell import Cell
+from twin.load import Between
 from twin.pack import Pack
 
 FloatArray = npt.NDArray[np.float64]
@@ -67,6 +69,17 @@ class RealTest:
         }
         chosen["time_s"] = chosen["time_s"] - chosen["time_s"][0]
         return replace(self, **chosen)
+
+    def start_K(self, otherwise_K: float) -> float:
+        """Temperature of the first sample; `otherwise_K` if none was measured."""
+        return otherwise_K if self.temperature_K is None else float(self.temperature_K[0])
+
+    def reference(self, *, ambient_K: float, between: Between = Between.HOLD) -> ReferenceTest:
+        """As a calibration takes it."""
+        return ReferenceTest(
+            name=self.name, time_s=self.time_s, current_A=self.current_A,
+            voltage_V=self.voltage_V, between=between, ambient_K=ambient_K,
+        )  # fmt: skip
 
 
 def on_one_clock(test: RealTest) -> RealTest:

@@ -12,6 +12,7 @@ from proof.recorded.measured import BEYOND_V, RealCell, RealTest
 from twin.constants import FARADAY_C_mol
 from twin.layout import Layout
 from twin.load import Load
+from twin.mismatch.problem import beyond_cut_offs
 from twin.pack import Pack
 from twin.simulate import DEFAULT_MESH, simulate
 from twin.solution import Solution, Status
@@ -70,6 +71,12 @@ def answer(pack: Pack, test: RealTest, shift: float = 0.0) -> FloatArray:
         return follow(twin, start, test)
     load = Load(time_s=test.time_s, current_A=test.current_A, ambient_K=start.initial_K)
     return simulate(start, load).voltage_V
+
+
+def whole_V(pack: Pack, load: Load) -> FloatArray:
+    """(n,) voltage along a load, the cut-offs out of the way; from where it ends as at its end."""
+    got = simulate(beyond_cut_offs(pack), load).voltage_V
+    return np.append(got, np.full(load.time_s.size - got.size, got[-1]))
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

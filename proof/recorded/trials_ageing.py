@@ -24,13 +24,12 @@ from proof.capacity import CURRENT, EMPTY
 from proof.question import Question, Recording
 from proof.recorded.calibrated import Calibrated
 from proof.recorded.measured import NotHere, RealTest
+from proof.recorded.replay import whole_V
 from proof.recorded.vtc6 import DRAWN_A, Life, fresh, life
 from proof.trial import NoTrial, Trial
 from proof.truth import Truth
 from twin.load import Load
-from twin.mismatch.problem import beyond_cut_offs
 from twin.pack import Pack
-from twin.simulate import simulate
 
 SOURCE = "Sony VTC6 3 Ah, missions of an aircraft (Carnegie Mellon, resampled by mjihoon930)"
 LIST = ((100, 150), (200, 250), (250, 251))
@@ -102,9 +101,7 @@ def error_of(base: Calibrated, own: Life) -> float:
 def missed(pack: Pack, test: RealTest) -> float:
     """Measured minus simulated [V rms]; where the simulation ended as at its end."""
     load = Load(time_s=test.time_s, current_A=test.current_A, ambient_K=pack.initial_K)
-    got = simulate(beyond_cut_offs(pack), load).voltage_V
-    whole = np.append(got, np.full(test.time_s.size - got.size, got[-1]))
-    return float(np.sqrt(np.mean((test.voltage_V - whole) ** 2)))
+    return float(np.sqrt(np.mean((test.voltage_V - whole_V(pack, load)) ** 2)))
 
 
 def _until_empty(test: RealTest) -> RealTest:

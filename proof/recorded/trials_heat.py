@@ -69,7 +69,7 @@ def _made(entry: Entry, folder: Path, cache: Path) -> tuple[Question, Truth]:
 def _question(entry: Entry, base: Base, soc: float, tests: Sequence[RealTest]) -> Question:
     """Recordings are called by their place; all start as the first one did."""
     first = tests[0]
-    told_K = base.pack.initial_K if first.temperature_K is None else float(first.temperature_K[0])
+    told_K = first.start_K(base.pack.initial_K)
     if entry.told_C is not None:
         told_K = entry.told_C + ZERO_CELSIUS_K
     heats = entry.kind in (Kind.MISSTATED, Kind.TRANSPORT)

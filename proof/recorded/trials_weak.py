@@ -31,13 +31,12 @@ from proof.recorded.base import rest_soc
 from proof.recorded.calibrated import Calibrated, calibrated
 from proof.recorded.leaf_module import PARALLEL, SERIES, Cells, module, single
 from proof.recorded.measured import NotHere, RealTest, recording
-from proof.recorded.trials_ageing import missed
+from proof.recorded.trials_ageing import LOSSES, missed
 from proof.trial import NoTrial, Trial
 from proof.truth import Channel, Truth
 from twin.builtin import load_cell
 from twin.calibrate.flight import NotFitted, fit_flight
 from twin.calibrate.flight_problem import Flown, Known
-from twin.calibrate.reference import ReferenceTest
 from twin.constants import ZERO_CELSIUS_K
 from twin.effects import SelfHeating, SeriesResistance
 from twin.load import Between, Load
@@ -52,11 +51,6 @@ ROOMIER = 1.2
 0.87 of its stoichiometry: this one, empty at 3 V, through less, so that it needs more of it."""
 STILL_AIR_W_m2_K = 10.0  # of the modules: what cools a cell between others is not known
 EVERY = 6  # samples of the module that are taken
-LOSSES = (
-    "lithium_inventory_loss",
-    "active_material_loss_negative",
-    "active_material_loss_positive",
-)
 PHANTOM = "battery/dji_phantom/DJIFlightRecord_2015-12-29_center_battery_1Hz.csv"
 PHANTOM_ROWS = 36  # of the flight, that the twin is fitted to
 Make = Callable[[Path, Path], tuple[Question, Truth]]
@@ -93,17 +87,8 @@ def leaf_base(folder: Path, cache: Path) -> Calibrated:
         ),
     )
     heating = SelfHeating(heat_transfer_W_m2_K=STILL_AIR_W_m2_K)
-    tests = [
-        ReferenceTest(
-            name=t.name,
-            time_s=t.time_s,
-            current_A=t.current_A,
-            voltage_V=t.voltage_V,
-            between=Between.LINEAR,
-        )
-        for t in (single(folder, 1, 0),)
-    ]
-    return calibrated(replace(start, cell=body, effects=(heating,)), tests, cache)
+    test = single(folder, 1, 0).reference(ambient_K=start.initial_K, between=Between.LINEAR)
+    return calibrated(replace(start, cell=body, effects=(heating,)), [test], cache)
 
 
 def _leaf(folder: Path, cache: Path) -> tuple[Question, Truth]:

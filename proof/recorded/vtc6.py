@@ -15,7 +15,6 @@ import numpy.typing as npt
 from proof.recorded.calibrated import Calibrated, calibrated
 from proof.recorded.measured import FloatArray, RealTest, recording
 from twin.builtin import load_cell
-from twin.calibrate.reference import ReferenceTest
 from twin.constants import ZERO_CELSIUS_K
 from twin.effects import SelfHeating
 from twin.load import Between
@@ -123,15 +122,5 @@ def fresh(own: Life, cache: Path) -> Calibrated:
     )
     heating = SelfHeating(heat_transfer_W_m2_K=cooling_W_m2_K(mission, room_K))
     pack = Pack(cell=body, capacity_C=CAPACITY_C, initial_K=room_K, effects=(heating,))
-    tests = [
-        ReferenceTest(
-            name=t.name,
-            time_s=t.time_s,
-            current_A=t.current_A,
-            voltage_V=t.voltage_V,
-            between=Between.LINEAR,
-            ambient_K=room_K,
-        )
-        for t in (check_up,)
-    ]
-    return calibrated(pack, tests, cache, only=FREE)
+    test = check_up.reference(ambient_K=room_K, between=Between.LINEAR)
+    return calibrated(pack, [test], cache, only=FREE)
