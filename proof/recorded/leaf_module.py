@@ -2,8 +2,7 @@
 
 And a single cell of the make at 1C and 2C, again and again.
 
-Recording: batterysim/equiv-circ-model, MIT, with the voltage of every pair; see
-../shared/battery/CATALOGUE.md.
+Recordings: batterysim/equiv-circ-model, MIT; of the modules with the voltage of every pair.
 """
 
 import csv

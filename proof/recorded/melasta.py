@@ -1,6 +1,6 @@
 """Melasta SLPBA842124HV, LiPo pouch of a drone, 6.55 Ah, 4.35 V.
 
-Recordings: SINTEF, via battery-data-alliance; see ../shared/battery/CATALOGUE.md.
+Recordings: SINTEF, via battery-data-alliance/battery-data-format.
 """
 
 from pathlib import Path

@@ -1,8 +1,8 @@
 """Sony-Murata US18650VTC6, 3 Ah: one cell over 268 missions of an electric aircraft, to 93 %.
 
 Recordings: Carnegie Mellon's eVTOL set (Bills et al., Sci. Data 10, 344 (2023)) as resampled to
-30 s by mjihoon930; see ../shared/battery/CATALOGUE.md. A check-up every 50 missions: from 4.2 V to
-2.5 V at C/5 with two pauses. Missions start at 4.0 V.
+30 s by mjihoon930. A check-up every 50 missions: from 4.2 V to 2.5 V at C/5 with two pauses.
+Missions start at 4.0 V.
 """
 
 from dataclasses import dataclass, replace
