@@ -1,13 +1,13 @@
 """A proof as JSON (`proof.json`; its schema is proof.schema.json)."""
 
 from collections.abc import Mapping
-from math import isfinite
 from typing import Any
 
 from proof.outcome import Baseline, Judged, Named, Opened, Proof, Sized, Stamp
 from proof.tally import Share, Tally, by_class, kinds_not_run
 from proof.targets import Target, capacity_error, over_floor, over_noise, targets
 from proof.truth import Truth
+from twin.finite import finite
 
 VERSION = 1
 IN_JSON: Mapping[str, tuple[str, float]] = {
@@ -21,7 +21,7 @@ IN_JSON: Mapping[str, tuple[str, float]] = {
 
 def proof_json(proof: Proof) -> dict[str, Any]:
     """All of it but the courses of channels; mV, K, Ah, s; null for what is not finite."""
-    return {key: _finite(value) for key, value in _content(proof).items()}
+    return {key: finite(value) for key, value in _content(proof).items()}
 
 
 def _content(proof: Proof) -> dict[str, Any]:
@@ -40,15 +40,6 @@ def _content(proof: Proof) -> dict[str, Any]:
         "ledger_head": proof.head,
         "seconds": proof.seconds,
     }
-
-
-def _finite(value: Any) -> Any:
-    """JSON has no word for what is not finite."""
-    if isinstance(value, dict):
-        return {key: _finite(own) for key, own in value.items()}
-    if isinstance(value, list):
-        return [_finite(own) for own in value]
-    return None if isinstance(value, float) and not isfinite(value) else value
 
 
 def _tally(t: Tally) -> dict[str, Any]:

@@ -1,8 +1,8 @@
 """A finding as JSON (`mismatch.json`, and `mismatch` of a flight's result)."""
 
-from math import isfinite
 from typing import Any
 
+from twin.finite import finite
 from twin.mismatch.finding import Candidate, Finding, NamedEffect, Span
 
 NONE = "none"  # the model that leaves nothing out
@@ -10,7 +10,7 @@ NONE = "none"  # the model that leaves nothing out
 
 def finding_json(finding: Finding) -> dict[str, Any]:
     """Keys as the contract has them; voltages in mV, times in s, null for what is not finite."""
-    return {key: _finite(value) for key, value in _content(finding).items()}
+    return {key: finite(value) for key, value in _content(finding).items()}
 
 
 def _content(finding: Finding) -> dict[str, Any]:
@@ -39,15 +39,6 @@ def _content(finding: Finding) -> dict[str, Any]:
         "advice": finding.advice,
         "remarks": list(finding.remarks),
     }
-
-
-def _finite(value: Any) -> Any:
-    """JSON has no word for what is not finite."""
-    if isinstance(value, dict):
-        return {key: _finite(own) for key, own in value.items()}
-    if isinstance(value, list):
-        return [_finite(own) for own in value]
-    return None if isinstance(value, float) and not isfinite(value) else value
 
 
 def _effect(e: NamedEffect) -> dict[str, Any]:
