@@ -1,6 +1,7 @@
 """All trials: first every truth is sealed, then every question judged, then every truth opened."""
 
 import multiprocessing
+import shutil
 import signal
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from concurrent.futures import (
@@ -11,11 +12,12 @@ from concurrent.futures import (
     as_completed,
 )
 from contextlib import contextmanager
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, TypeVar
 
 from proof.baselines import baselines
+from proof.capacity import predicted_capacity_C
 from proof.compare import adopted, named_in, opened, outcome, sized
 from proof.judge import VERDICT, NoVerdict, Verdict, judge
 from proof.ledger import Entry, Ledger, sha256_of, sha256_of_folder
@@ -47,13 +49,12 @@ class Watch:
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Sealed:
-    """A trial whose truth is sealed; `entry` is of the ledger, None before it is there."""
+    """A trial whose truth is sealed under `key`; `entry` is of the ledger."""
 
     trial: Trial
     question: Question
     key: str
-    sha256: Mapping[str, str]
-    entry: Entry | None = None
+    entry: Entry
 
 
 def prove(
@@ -92,10 +93,14 @@ class _Run:
             asked = {t.name: pool.submit(_sealed, t, self._folder / t.name) for t in trials}
             made = self._gathered("sealed", asked)
         return {
-            t.name: replace(own, entry=self.ledger.append("sealed", t.name, own.sha256))
+            t.name: Sealed(
+                trial=t, question=question, key=key,
+                entry=self.ledger.append("sealed", t.name, hashes),
+            )
             for t in trials
-            for own in ([made[t.name]] if t.name in made else [])
-        }
+            if t.name in made
+            for question, key, hashes in (made[t.name],)
+        }  # fmt: skip
 
     def judge(self, sealed: Mapping[str, Sealed]) -> dict[str, tuple[Verdict, Entry]]:
         """A verdict on each question, written."""
@@ -126,13 +131,12 @@ class _Run:
         }
 
     def _gathered(self, phase: str, asked: Mapping[str, "Future[A]"]) -> dict[str, A]:
-        """Results by name."""
+        """Results by name; who looks on is told of each that was not cancelled."""
         names = {future: name for name, future in asked.items()}
+        done = (future for future in as_completed(names) if not future.cancelled())
         out: dict[str, A] = {}
-        for count, future in enumerate(as_completed(names), start=1):
+        for count, future in enumerate(done, start=1):
             name = names[future]
-            if future.cancelled():
-                continue
             try:
                 out[name] = future.result()
             except (NoTrial, NoVerdict) as e:
@@ -146,16 +150,20 @@ class _Run:
         return out
 
 
-def _sealed(trial: Trial, folder: Path) -> Sealed:
-    """Made and written; NoTrial if it cannot be."""
+def _sealed(trial: Trial, folder: Path) -> tuple[Question, str, dict[str, str]]:
+    """Made and written: the question, the key of its truth, hashes of the files by name.
+
+    A trial that was there before, under that name, is removed. NoTrial if it cannot be made.
+    """
+    if folder.exists():
+        shutil.rmtree(folder)
     question, truth = trial.make()
     files = folder / QUESTION
-    files.mkdir(parents=True, exist_ok=True)
+    files.mkdir(parents=True)
     question.write(files)
     token, key = seal(truth)
     write_whole(folder / SEALED, token)
-    hashes = {SEALED: sha256_of(token), QUESTION: sha256_of_folder(files)}
-    return Sealed(trial=trial, question=question, key=key, sha256=hashes)
+    return question, key, {SEALED: sha256_of(token), QUESTION: sha256_of_folder(files)}
 
 
 def _opened(ledger: Ledger, folder: Path, own: Sealed) -> tuple[Truth, Entry]:
@@ -171,8 +179,6 @@ def _compared(question: Question, truth: Truth, verdict: Mapping[str, Any]) -> d
     """What takes time: fields of `Judged`."""
     better = adopted(question.pack, verdict)
     asked = truth.capacity_C is not None
-    if asked:
-        from proof.capacity import predicted_capacity_C
     return {
         "baselines": tuple(baselines(question, verdict)),
         "channels": opened(question, truth, better),
@@ -184,7 +190,6 @@ def _judged(
     own: Sealed, truth: tuple[Truth, Entry], verdict: tuple[Verdict, Entry],
     compared: Mapping[str, Any],
 ) -> Judged:  # fmt: skip
-    assert own.entry is not None
     content, errors = verdict[0].content, verdict[0].content["rmse_mv"]
     named = named_in(content)
     return Judged(

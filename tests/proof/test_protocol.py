@@ -3,8 +3,11 @@
 import json
 import shutil
 from collections.abc import Mapping
+from concurrent.futures import Future
 from dataclasses import replace
+from itertools import product
 from pathlib import Path
+from threading import Timer
 from typing import Any
 
 import pytest
@@ -174,6 +177,35 @@ def test_a_truth_that_is_opened_before_its_verdict_is_refused(tmp_path: Path) ->
         ledger.append(event, "trial-001", {"file": "0" * 64})
     with pytest.raises(LedgerError, match="expected sealed, judged, opened"):
         read_ledger((tmp_path / LEDGER).read_text())
+
+
+def test_who_looks_on_is_not_told_of_what_was_cancelled(tmp_path: Path) -> None:
+    seen: list[tuple[int, int]] = []
+    told = Watch(tell=lambda _, count, of, __: seen.append((count, of)), stop=lambda: False)
+    futures: dict[str, Future[int]] = {name: Future() for name in "abc"}
+    for name in "ab":
+        futures[name].cancel()
+        futures[name].set_running_or_notify_cancel()
+    Timer(0.1, futures["c"].set_result, [3]).start()  # the last to come
+    assert protocol._Run(tmp_path, 1, told)._gathered("judged", futures) == {"c": 3}
+    assert seen == [(1, 3)]
+
+
+@pytest.mark.slow
+def test_of_an_earlier_run_in_the_same_folder_nothing_is_left(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(protocol, "judge", says_resistance)
+    names = ("trial-001", "trial-002")
+    for name, part in product(names, (f"{QUESTION}/flight-2.csv", f"{WRITTEN}/{VERDICT}", TRUTH)):
+        path = tmp_path / "trials" / name / part
+        path.parent.mkdir(parents=True, exist_ok=True)
+        path.write_text("{}")
+    refused = Trial(name=names[1], source="nobody", make=trials.refused)
+    done, left, _ = prove([trials.trial(names[0], 0.0), refused], tmp_path, jobs=1, watch=watch())
+    assert [j.name for j in done] == [names[0]]  # `says_resistance` looks at its files
+    assert [n.reason for n in left] == ["not sealed: there is no recording of it"]
+    assert not (tmp_path / "trials" / names[1]).exists()
 
 
 def test_after_a_stop_what_was_judged_is_opened(
