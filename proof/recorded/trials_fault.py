@@ -4,7 +4,7 @@ The list, one line a trial: where a flight or a cycle draws enough charge to tel
 offset; where the current is lively, a clock. Sizes make the twin miss the recording by three times
 what it misses it by without the fault; they and the faults were chosen by that alone. The list was
 written before its trials were judged, but for two: k01 and k05 had been tried before it was. The
-size of k09 was changed from 1.5 to 2.5 s, by its strength, before it was judged. It left out a lag
+size of k09 was changed from 1.5 to 2.5 s, by its strength, before it was judged. Left out are a lag
 or a clock in log171, log_0036 (rough samples), the octocopter's log_123 (52 s, at 5 Hz) and the NMC
 pouch (2 mOhm under a current that changes slowly): up to 1 s (2 s) of lag changes by how much those
 are missed by less than that. Not used further: flights whose current is wrong already, one that
@@ -27,6 +27,7 @@ from proof.recorded.blocks import Fitted, Part, Run, fitted
 from proof.recorded.measured import FloatArray, NotHere, RealTest, recording
 from proof.recorded.thinned import binned
 from proof.simulated.faults import FAULTS, Traces
+from proof.simulated.numbers import true_value
 from proof.trial import NoTrial, Trial
 from proof.truth import Number, Truth
 from twin.calibrate.flight_problem import Known
@@ -132,13 +133,9 @@ def _truth(fault: Fault, base: Fitted, wrong_A: FloatArray) -> Truth:
 
 def number(fault: Fault) -> tuple[str, float, str]:
     """Name, value and unit of what the twin has to do to the recorded current to undo it."""
-    known = {
-        "current_gain": ("gain", 1.0 / (1.0 + fault.size), "1"),
-        "current_offset": ("offset_A", -fault.size, "A"),
-        "sensor_lag": ("lag_s", fault.size, "s"),
-        "clock_shift": ("shift_s", fault.size, "s"),
-    }
-    return known[fault.effect]
+    known = true_value(fault.effect, fault.size, 0)
+    assert known is not None
+    return known
 
 
 def faulty(run: Run, fault: Fault) -> FloatArray:
