@@ -10,15 +10,15 @@ of the cells, measured minus simulated, over what is predicted: with all cells a
 it was offset at the last sample that was fitted, and as the twin has them apart.
 """
 
-import csv
 import time
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from pathlib import Path
 
 import numpy as np
 import numpy.typing as npt
 
+from benchmarks.real_cells.__main__ import SHARED
+from proof.recorded import leaf_module
 from twin.builtin import load_cell
 from twin.calibrate.cells_problem import QUANTITIES
 from twin.calibrate.out import calibrated_cell
@@ -32,7 +32,6 @@ from twin.simulate import simulate
 
 FloatArray = npt.NDArray[np.float64]
 
-FOLDER = Path(__file__).parents[2] / "shared" / "battery"
 BEYOND_V = 0.5  # below its cut-off a cell goes on
 
 
@@ -50,25 +49,20 @@ class Measured:
 
 def leaf() -> Measured:
     """3 modules of 2s2p: 6 in series, 2 parallel."""
-    file = FOLDER / "leaf" / "module123-irdischarge-65ah-1_0c.csv"
-    with file.open(encoding="latin-1", newline="") as stream:
-        lines = list(csv.reader(stream))
-    first = next(k for k, line in enumerate(lines) if line and line[0] == "Total Time")
-    names = lines[first]
-    wanted = [names.index(n) for n in ("Total Time", "Current",
-                                       *(f"Cell Voltage A{k}" for k in range(1, 7)))]  # fmt: skip
-    rows = np.array([[float(line[k]) for k in wanted] for line in lines[first + 1 :] if line])
-    rows = rows[np.append(True, np.diff(rows[:, 0]) > 0)]
-    pack = Pack(cell=load_cell("lg_m50"), series=6, parallel=2, capacity_C=66 * 3600.0)
+    cells = leaf_module.module(SHARED)
+    pack = Pack(
+        cell=load_cell("lg_m50"), series=leaf_module.SERIES, parallel=leaf_module.PARALLEL,
+        capacity_C=66 * 3600.0,
+    )  # fmt: skip
     return Measured(
-        pack=pack, time_s=rows[:, 0] - rows[0, 0], current_A=-rows[:, 1], cells_V=rows[:, 2:].T,
-        fitted_s=0.85 * float(np.ptp(rows[:, 0])), between=Between.HOLD,
+        pack=pack, time_s=cells.time_s, current_A=cells.current_A, cells_V=cells.cell_voltage_V.T,
+        fitted_s=0.85 * float(cells.time_s[-1]), between=Between.HOLD,
     )  # fmt: skip
 
 
 def phantom() -> Measured:
     """4 in series, in hover."""
-    (file,) = (FOLDER / "dji_phantom").glob("*.csv")
+    (file,) = (SHARED / "battery" / "dji_phantom").glob("*.csv")
     rows = np.loadtxt(file, delimiter=",", skiprows=1)
     pack = Pack(cell=load_cell("lipo_2200"), series=4, capacity_C=4.349 * 3600, initial_soc=0.85)
     return Measured(

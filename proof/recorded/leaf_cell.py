@@ -23,12 +23,15 @@ FloatArray = npt.NDArray[np.float64]
 
 FOLDER = "battery/leaf/"
 PULSES = "cell-low-current-hppc-25c-2.csv"
+DISCHARGES = "cell-discharge-bitrode-{}c.csv"
 COLUMNS = {"time_s": 1, "current_A": 8, "voltage_V": 9}
 THERMOCOUPLES_S = 3.0  # between their rows, which begin with the cycler's; three are on the cell
 ON_CELL = 3
 QUIET_A = 0.05
 RESTED_S = 3000.0  # an hour less a margin
 SLOW_A = (9.0, 11.0)  # of the discharges between the pulses
+FLOWS_A = 20.0  # more is a discharge at 1C or faster
+RESTING = 5  # samples of rest that are kept before one of several
 MOST_V, LEAST_V = 4.2, 3.0
 ROWS = 60  # of the table of a potential
 FALL_V = 1e-5  # at least, from row to row
@@ -36,7 +39,7 @@ GRAPHITE = (0.06, 0.85)
 """Stoichiometries of the graphite when the cell is empty and full: 3 V is too much to empty it."""
 
 
-def _rows(folder: Path, file: str) -> RealTest:
+def _whole(folder: Path, file: str) -> RealTest:
     """A whole file."""
     with recording(folder, FOLDER + file).open(encoding="latin-1", newline="") as stream:
         rows = [row for row in csv.reader(stream) if row and row[0].strip() == "No"]
@@ -52,7 +55,7 @@ def pulses(folder: Path) -> RealTest:
 
     Temperature: that of the chamber; the cell warms by less than a degree between the rests.
     """
-    whole = _rows(folder, PULSES)
+    whole = _whole(folder, PULSES)
     full = int(np.argmax(whole.current_A > SLOW_A[0]))
     test = replace(whole.part(slice(full - 2, None)), name="pulses 25 degC")
     return replace(test, temperature_K=np.full(test.time_s.size, 25.0 + ZERO_CELSIUS_K))
@@ -63,9 +66,9 @@ def discharge(folder: Path, times: int) -> RealTest:
 
     At 2C and 3C the cell was charged on another channel before; there it is the first thing.
     """
-    whole = _rows(folder, f"cell-discharge-bitrode-{times}c.csv")
+    whole = _whole(folder, DISCHARGES.format(times))
     warm = np.genfromtxt(recording(folder, f"{FOLDER}cell-discharge-temperature-{times}c.lvm"))
-    flows = whole.current_A > 20.0
+    flows = whole.current_A > FLOWS_A
     first = int(np.argmax(flows))
     stop = first + int(np.argmin(flows[first:]))
     begin_s = whole.time_s[first]
@@ -74,6 +77,21 @@ def discharge(folder: Path, times: int) -> RealTest:
     on_cell = warm[:, :ON_CELL].mean(axis=1)
     temperature_K = np.interp(test.time_s + begin_s, at_s, on_cell) + ZERO_CELSIUS_K
     return replace(test, name=f"{times}C", temperature_K=temperature_K)
+
+
+def one_of_several(folder: Path, times: int, which: int) -> RealTest:
+    """A discharge at so many C, with the last of the rest before it.
+
+    Args:
+        folder: of the recordings.
+        times: 1 or 2, of 30.6 A.
+        which: of the equal discharges of the file, from 0; at 2C nothing was recorded before 0.
+    """
+    whole = _whole(folder, DISCHARGES.format(times))
+    flows = (whole.current_A > FLOWS_A).astype(int)
+    edges = np.flatnonzero(np.diff(flows, prepend=0, append=0)).reshape(-1, 2)
+    start, stop = edges[which].tolist()
+    return replace(whole.part(slice(start - RESTING, stop)), name=f"{times}C, {which}")
 
 
 def open_circuit(test: RealTest) -> tuple[FloatArray, FloatArray]:

@@ -29,7 +29,7 @@ from proof.question import Question, Recording
 from proof.recorded import leaf_cell
 from proof.recorded.base import rest_soc
 from proof.recorded.calibrated import Calibrated, calibrated
-from proof.recorded.leaf_module import PARALLEL, SERIES, Cells, module, single
+from proof.recorded.leaf_module import PARALLEL, SERIES, Cells, module
 from proof.recorded.measured import NotHere, RealTest, recording
 from proof.recorded.trials_ageing import LOSSES, missed
 from proof.trial import NoTrial, Trial
@@ -87,7 +87,8 @@ def leaf_base(folder: Path, cache: Path) -> Calibrated:
         ),
     )
     heating = SelfHeating(heat_transfer_W_m2_K=STILL_AIR_W_m2_K)
-    test = single(folder, 1, 0).reference(ambient_K=start.initial_K, between=Between.LINEAR)
+    first = leaf_cell.one_of_several(folder, 1, 0)
+    test = first.reference(ambient_K=start.initial_K, between=Between.LINEAR)
     return calibrated(replace(start, cell=body, effects=(heating,)), [test], cache)
 
 
@@ -95,7 +96,7 @@ def _leaf(folder: Path, cache: Path) -> tuple[Question, Truth]:
     base = leaf_base(folder, cache)
     cells = module(folder).every(EVERY)
     shown = np.ones(cells.time_s.size, dtype=bool)
-    floor_V = SERIES * missed(base.pack, single(folder, 1, 1))
+    floor_V = SERIES * missed(base.pack, leaf_cell.one_of_several(folder, 1, 1))
     rest_V = float(cells.voltage_V[0]) / SERIES
     pack = replace(
         base.pack,
