@@ -274,6 +274,7 @@ def _derived(
     mapped = problem.mapped(q, 0)
     by_q = problem.chain(q, mapped.derived_by_values, 0)
     std, prior_std = (np.sqrt(np.einsum("ij,jk,ik->i", by_q, m, by_q)) for m in (covariance, prior))
+    left = np.divide(std, prior_std, out=np.ones_like(std), where=prior_std > 0)  # 1: all is fixed
     priors = problem.mapped(np.zeros_like(q), 0).derived
     return tuple(
         Estimate(
@@ -284,15 +285,15 @@ def _derived(
             lower=value - NINETY * error,
             upper=value + NINETY * error,
             prior=prior,
-            left_of_prior=error / before,
-            verdict=_verdict(error / before, near=False),
+            left_of_prior=share,
+            verdict=_verdict(share, near=False),
         )
-        for name, value, prior, error, before in zip(
+        for name, value, prior, error, share in zip(
             problem.derived,
             mapped.derived.tolist(),
             priors.tolist(),
             std.tolist(),
-            prior_std.tolist(),
+            left.tolist(),
             strict=True,
         )
     )

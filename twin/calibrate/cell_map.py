@@ -18,7 +18,12 @@ import numpy.typing as npt
 from scipy.optimize import brentq
 
 from twin.bpx_file import open_circuit_V
-from twin.calibrate.parameters import EMPTY_ENDS, HALF_FULL, middle_diffusivity_m2_s
+from twin.calibrate.parameters import (
+    ACTIVATIONS,
+    EMPTY_ENDS,
+    HALF_FULL,
+    middle_diffusivity_m2_s,
+)
 from twin.constants import FARADAY_C_mol
 from twin.pack import OVERFULL, Pack
 
@@ -203,7 +208,7 @@ def _expressions(
     numbers |= _pores("separator", value, base)
     for name in (
         "electrolyte.initial_concentration_mol_m3", "electrolyte.diffusivity_factor",
-        "series_resistance_ohm",
+        "series_resistance_ohm", *(name for name in ACTIVATIONS if name in value),
     ):  # fmt: skip
         numbers[name] = value[name]
     numbers["initial_soc"] = soc

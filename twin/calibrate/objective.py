@@ -30,6 +30,7 @@ from twin.effects import (
     AnyEffect,
     FilmResistance,
     Sei,
+    SelfHeating,
     SeriesResistance,
 )
 from twin.kernel import Backend
@@ -46,6 +47,7 @@ BEYOND_V = 1.0
 """Beyond its cut-offs a simulated cell goes on for so long; samples it never comes to count as if
 it stood there, so that whoever comes further is better."""
 START = tuple(f"{side}.start" for side in SIDES)
+SPAN_K = 8.0  # of the tests' temperatures: less does not tell an activation energy from a rate
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -88,7 +90,9 @@ class Problem:
         self.pack, self.correction = self._plain, correction
         if correction:
             self.pack = replace(self._plain, cell=correction.of_cell(self._plain.cell))
-        cell = tuple(table) if table is not None else cell_table(self.pack)
+        if table is None:
+            table = cell_table(self.pack, warm_and_cold=_span_K(self.pack, self.tests) > SPAN_K)
+        cell = tuple(table)
         self.table = (*cell, *start_parameters(self.tests, pack))
         self._of_cell = len(cell)
         kept = [i for i, p in enumerate(cell) if only is None or p.name in only]
@@ -194,7 +198,7 @@ class Problem:
         """The test number `test` with these numbers of the kernel, and derivatives by `names`."""
         sample = self.tests[test]
         run = Run(self._wide, sample.load, DEFAULT_MESH, Backend.AUTO, None)
-        given = changeable(self._wide, sample.load)
+        given = self._given(sample.load)
         s = sensitivity_of(run, sample.load, names, numbers=given | dict(numbers))
         slopes = np.zeros((sample.load.time_s.size, len(names)))
         slopes[: s.solution.voltage_V.size] = s.voltage
@@ -279,9 +283,15 @@ class Problem:
 
     def _solved(self, load: Load, mesh: Mesh, numbers: Mapping[str, float]) -> Solution:
         run = Run(self._wide, load, mesh, Backend.AUTO, None)
-        run.change({**changeable(self._wide, load), **numbers})
+        run.change({**self._given(load), **numbers})
         run.run()
         return solution_of(run, self._wide, load)
+
+    def _given(self, load: Load) -> dict[str, float]:
+        """Numbers of the pack; a test starts as warm as its surroundings."""
+        numbers = changeable(self._wide, load)
+        numbers["initial_K"] += load.ambient_K - self._wide.initial_K
+        return numbers
 
     def _values_of_cell(self, q: FloatArray) -> FloatArray:
         out = self._means()[: self._of_cell]
@@ -328,6 +338,13 @@ class Problem:
         charging = n > 0 and sample.load.current_A[min(n, whole.size - 1)] < 0
         whole[n:] = self._wide.cell.upper_cut_off_V if charging else self._wide.cell.lower_cut_off_V
         return np.asarray(whole[sample.at] + sample.missed_V)
+
+
+def _span_K(pack: Pack, tests: Sequence[Sampled]) -> float:
+    """Between the coldest and the warmest that the cell is in `tests` as it is simulated."""
+    heats = any(isinstance(e, SelfHeating) for e in pack.effects)
+    coldest = min(t.load.ambient_K for t in tests)
+    return max(t.warmest_K if heats else t.load.ambient_K for t in tests) - coldest
 
 
 def labelled_C(pack: Pack) -> float:

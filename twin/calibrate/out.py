@@ -11,6 +11,7 @@ import numpy.typing as npt
 from twin.bpx_out import scaled, write_bpx
 from twin.calibrate.answer import Combination, Estimate
 from twin.calibrate.checks import Fitted
+from twin.calibrate.objective import Problem
 from twin.calibrate.ocp_correction import Correction
 from twin.calibrate.run import Calibration, values_by_name
 from twin.cell import Cell, Electrode
@@ -25,8 +26,13 @@ FIT_VERSION = 1
 
 def calibrated_cell(found: Calibration) -> Cell:
     """The cell with its calibrated numbers; a resistance in series belongs to the pack."""
-    pack, numbers = found.problem.pack, found.numbers
-    cell, base = pack.cell, found.problem.pack.cell_parameters()
+    return cell_of(found.problem, found.q)
+
+
+def cell_of(problem: Problem, q: FloatArray) -> Cell:
+    """The same of a fit that goes on; `q` (k,) its coordinates."""
+    pack, numbers = problem.pack, problem.mapped(q, 0).numbers
+    cell, base = pack.cell, pack.cell_parameters()
     salt = cell.electrolyte
     return replace(
         cell,
@@ -44,8 +50,14 @@ def calibrated_cell(found: Calibration) -> Cell:
             diffusivity_m2_s=scaled(
                 salt.diffusivity_m2_s, numbers["electrolyte.diffusivity_factor"]
             ),
+            diffusivity_activation_J_mol=numbers.get(
+                "electrolyte.diffusivity_activation_J_mol", salt.diffusivity_activation_J_mol
+            ),
+            conductivity_activation_J_mol=numbers.get(
+                "electrolyte.conductivity_activation_J_mol", salt.conductivity_activation_J_mol
+            ),
         ),
-        nominal_capacity_C=values_by_name(found.problem, found.q)["capacity_C"],
+        nominal_capacity_C=values_by_name(problem, q)["capacity_C"],
         area_m2=base["area_m2"],
         heat_capacity_J_K=base["heat_capacity_J_K"],
         cooling_area_m2=base["cooling_area_m2"],

@@ -10,8 +10,8 @@ currents (2). They are not independent of each other:
   spheres of radius R have the area a = 3 (1 - porosity - filler) / R.
 Free here are: of the two windows' ends when empty that in the flatter potential, the negative
 window's when full, Q, the radii and porosities. The other ends, fillers and areas follow and are
-reported beside them. Beyond the table: a resistance in series (tabs, leads), and the open-circuit
-voltage at the start of each test.
+reported beside them. Beyond the table: a resistance in series (tabs, leads), the open-circuit
+voltage at the start of each test, and, where the tests were warm and cold, the activation energies.
 """
 
 from collections.abc import Sequence
@@ -95,9 +95,20 @@ UNITS = {
     "exchange_current_A_m2": "A/m2",
 }  # fmt: skip
 
+ACTIVATIONS = (
+    "negative.diffusivity_activation_J_mol", "positive.diffusivity_activation_J_mol",
+    "negative.rate_activation_J_mol", "positive.rate_activation_J_mol",
+    "electrolyte.diffusivity_activation_J_mol", "electrolyte.conductivity_activation_J_mol",
+)  # fmt: skip
+ACTIVATION_STD_J_mol, ACTIVATION_MOST_J_mol = 12e3, 100e3
+"""Those of the reactions lie 18 and 26 kJ/mol apart in the two built-in cells, one NMC, one LCO."""
 
-def cell_table(pack: Pack) -> tuple[Parameter, ...]:
-    """The parameters of the cell of `pack`, its numbers as prior means."""
+
+def cell_table(pack: Pack, *, warm_and_cold: bool = False) -> tuple[Parameter, ...]:
+    """The parameters of the cell of `pack`, its numbers as prior means.
+
+    `warm_and_cold` says that the tests tell how they change with temperature.
+    """
     numbers, cell = pack.cell_parameters(), pack.cell
     window = cell.negative.stoichiometry_min, cell.negative.stoichiometry_max
     middle = (window[0] + window[1]) / 2
@@ -125,6 +136,8 @@ def cell_table(pack: Pack) -> tuple[Parameter, ...]:
                   mean=numbers["series_resistance_ohm"], std=RESISTANCE_V / rate_A,
                   lower=0.0, upper=numbers["series_resistance_ohm"] + 5 * RESISTANCE_V / rate_A),
     ]  # fmt: skip
+    if warm_and_cold:
+        out += [_activation(name, numbers[name]) for name in ACTIVATIONS]
     return tuple(out)
 
 
@@ -194,6 +207,11 @@ def _by_factor(name: str, unit: str, mean: float) -> Parameter:
     std, most = FACTORS[name.split(".")[1]]
     return Parameter(name=name, unit=unit, mean=mean, std=std, lower=mean / most,
                      upper=mean * most, scale=Scale.LOG)  # fmt: skip
+
+
+def _activation(name: str, mean: float) -> Parameter:
+    return Parameter(name=name, unit="J/mol", mean=mean, std=ACTIVATION_STD_J_mol,
+                     lower=0.0, upper=max(ACTIVATION_MOST_J_mol, 1.5 * mean))  # fmt: skip
 
 
 def _porosity(name: str, numbers: dict[str, float]) -> Parameter:

@@ -1,0 +1,93 @@
+"""Tests of one cell in the cold and in the warm: where each starts, and what they tell."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from tests.twin.calibrate.synthetic import NOISE_V, RELAX, Stage, cell_pack, load_of
+from twin.calibrate.objective import SPAN_K
+from twin.calibrate.out import calibrated_cell
+from twin.calibrate.parameters import ACTIVATIONS
+from twin.calibrate.reference import ReferenceTest
+from twin.calibrate.run import conclude, fit, problem_of
+from twin.constants import ZERO_CELSIUS_K
+from twin.effects import SelfHeating
+from twin.load import Between, Load
+from twin.pack import Pack
+from twin.simulate import simulate
+
+ONE_C: tuple[Stage, ...] = ((0.0, 60.0, 10.0), (1.0, 1800.0, 2.0), *RELAX)
+
+
+def of(pack: Pack, celsius: float, seed: int = 0, noise_V: float = 0.0) -> ReferenceTest:
+    """A discharge at 1C of a cell as warm as the room, then a rest."""
+    kelvin = celsius + ZERO_CELSIUS_K
+    time_s, current_A = load_of(ONE_C, pack.cell.nominal_capacity_C / 3600)
+    load = Load(time_s=time_s, current_A=current_A, between=Between.HOLD, ambient_K=kelvin)
+    voltage_V = simulate(replace(pack, initial_K=kelvin), load).voltage_V
+    noise = np.random.default_rng(seed).standard_normal(voltage_V.size)
+    return ReferenceTest(
+        name=f"{celsius:g} degC", time_s=time_s[: voltage_V.size],
+        current_A=current_A[: voltage_V.size], voltage_V=voltage_V + noise_V * noise,
+        between=Between.HOLD, ambient_K=kelvin,
+    )  # fmt: skip
+
+
+def test_a_test_starts_as_warm_as_its_surroundings() -> None:
+    pack = cell_pack()
+    tests = [of(pack, celsius) for celsius in (0.0, 25.0)]
+    problem = problem_of(pack, tests)
+    for test in tests:
+        start_V = float(test.voltage_V[0])
+        got_V = problem.replayed(np.zeros(len(problem.free)), test, start_V)
+        assert np.abs(got_V - test.voltage_V)[:900].max() < 2e-3  # of a finer mesh
+    apart_V = tests[0].voltage_V - tests[1].voltage_V[: tests[0].voltage_V.size]
+    assert np.abs(apart_V).max() > 0.05
+
+
+def test_activation_energies_are_free_where_tests_were_warm_and_cold() -> None:
+    pack, heated = cell_pack(), replace(cell_pack(), effects=(SelfHeating(),))
+    one = of(pack, 25.0)
+    near = replace(one, name="near", ambient_K=one.ambient_K + 0.9 * SPAN_K)
+    cold = replace(one, name="cold", ambient_K=one.ambient_K - 1.1 * SPAN_K)
+    warmed = replace(one, name="warmed", warmest_K=one.ambient_K + 1.1 * SPAN_K)
+    for given, tests, free in (
+        (pack, [one, near], False),
+        (pack, [one, cold], True),
+        (pack, [one, warmed], False),  # an isothermal twin is as warm as the room
+        (heated, [one, warmed], True),
+    ):
+        names = {p.name for p in problem_of(given, tests).parameters}
+        assert names.issuperset(ACTIVATIONS) == free, (given.effects, tests[1].name)
+
+
+def test_activation_energies_are_found() -> None:
+    pack = cell_pack()
+    own = pack.cell
+    truth = replace(
+        own,
+        negative=replace(own.negative, rate_activation_J_mol=40e3),
+        positive=replace(own.positive, rate_activation_J_mol=58e3),
+        electrolyte=replace(own.electrolyte, conductivity_activation_J_mol=20e3),
+    )
+    made = replace(pack, cell=truth)
+    tests = [of(made, c, seed, NOISE_V) for seed, c in enumerate((5.0, 25.0, 45.0))]
+    problem = problem_of(pack, tests, only=ACTIVATIONS)
+    *_, last = fit(problem)
+    found = conclude(last.problem, last.q, tests, cross_validate=False)
+    for test in found.fitted:
+        assert test.rms_V == pytest.approx(NOISE_V, rel=0.15)
+    cell = replace(pack, cell=calibrated_cell(found))
+    unseen = of(made, 12.0)
+    got_V = simulate(
+        replace(cell, initial_K=unseen.ambient_K),
+        Load(time_s=unseen.time_s, current_A=unseen.current_A, ambient_K=unseen.ambient_K),
+    ).voltage_V
+    assert np.sqrt(np.mean((got_V - unseen.voltage_V[: got_V.size]) ** 2)) < NOISE_V
+    estimates = {e.name: e for e in found.answer.estimates}
+    for name, value in (
+        ("negative.rate_activation_J_mol", 40e3), ("positive.rate_activation_J_mol", 58e3),
+        ("electrolyte.conductivity_activation_J_mol", 20e3),
+    ):  # fmt: skip
+        assert abs(estimates[name].value - value) < 3 * estimates[name].std, name
