@@ -30,7 +30,8 @@ def contradiction(
         except MismatchError:
             return together, ()
         found = models(data, hypotheses, most_effects=1, progress=progress)
-        alone[name] = decide(found, scale_of(m.fitted for m in found), data.noise_V)
+        scale = scale_of(m.fitted for m in found)
+        alone[name] = decide(found, scale, data.noise_V, stated_V=slow_V or 0.0)
         if alone[name].verdict is Verdict.UNKNOWN:
             return together, ()
     effects: dict[str, NamedEffect] = {}

@@ -46,19 +46,24 @@ class Decision:
     effects: tuple[NamedEffect, ...]
 
 
-def decide(models: Sequence[Model], scale: float, noise_V: float) -> Decision:
+def decide(
+    models: Sequence[Model], scale: float, noise_V: float, *, stated_V: float = 0.0
+) -> Decision:
     """Of all that was looked at, the most probable first.
 
     Args:
         models: with the one that leaves nothing out among them.
         scale: by which variances exceed what was expected.
         noise_V: white noise of the held-out recordings.
+        stated_V: error of the twin as whoever calibrated it states it; 0 if nobody did.
     """
     null = next(m for m in models if not m.ids)
     best = _simplest(models)
     small = _change_V(best.fitted, null.fitted) < NUMERICS_V * _series(null.fitted)
-    if not best.ids or null.probability > LIKELY or small or _misleads(best.fitted, null.fitted):
-        verdict = Verdict.NONE if white(null.fitted) else Verdict.UNKNOWN
+    own = _within(null.fitted, OWN_ERROR * stated_V)
+    idle = not best.ids or null.probability > LIKELY or small or own
+    if idle or _misleads(best.fitted, null.fitted):
+        verdict = Verdict.NONE if white(null.fitted) or own else Verdict.UNKNOWN
         return Decision(verdict=verdict, model=null, effects=())
     if not white(best.fitted):
         within = [m for m in models if m.ids and set(m.ids) <= set(best.ids)]
@@ -100,6 +105,15 @@ def _misleads(fitted: Fitted, null: Fitted) -> bool:
     Residuals within the twin's own error look like noise to the evidence, however slow they are.
     """
     return fitted.held_out_rms_V() > null.held_out_rms_V()
+
+
+def _within(fitted: Fitted, most_V: float) -> bool:
+    """All that is missed, fitted or held out, is less.
+
+    The stated error of a twin is known to OWN_ERROR only: an effect that explains some of it is not
+    told from it.
+    """
+    return max(fitted.rms_V(), fitted.held_out_rms_V()) < most_V
 
 
 def _change_V(fitted: Fitted, null: Fitted) -> float:

@@ -52,8 +52,8 @@ def explain(  # noqa: PLR0913
     scale = scale_of(m.fitted for m in found)
     null = next(m for m in found if not m.ids)
     decision, remarks = contradiction(
-        decide(found, scale, data.noise_V), (*fitted, *held_out), hypotheses, slow_V=slow_V,
-        progress=progress,
+        decide(found, scale, data.noise_V, stated_V=slow_V or 0.0), (*fitted, *held_out),
+        hypotheses, slow_V=slow_V, progress=progress,
     )  # fmt: skip
     best = decision.model.fitted
     start = np.zeros(null.fitted.problem.size)

@@ -5,11 +5,13 @@ the resistance), estimated from the recording. What differs without meaning: the
 exact; its own error wanders slowly. Both together are an ARMA(1, 1) process; its inverse filter
 turns residuals into numbers that are independent and have variance 1 if nothing else is in them.
 
-Source of the filter: the stationary Kalman filter of an Ornstein-Uhlenbeck process seen in white
-noise (Anderson, Moore, Optimal Filtering, 1979, chapter 4).
+Source of the filter: the Kalman filter of an Ornstein-Uhlenbeck process seen in white noise, which
+knows nothing before the first sample but how far that process wanders, and in a gap forgets as that
+does (Anderson, Moore, Optimal Filtering, 1979, chapter 4). An error in proportion to a known
+column a adds a a^T to the covariance I of what the filter leaves; its inverse root is
+I - (1 - 1 / sqrt(1 + |a|^2)) a a^T / |a|^2.
 """
 
-from collections.abc import Iterator
 from dataclasses import dataclass
 from math import sqrt
 
@@ -25,7 +27,6 @@ NORMAL = 0.6745  # median of |x| of a normal distribution
 LEAST_V = 1e-4
 REACH = 10  # samples before and after, at whose current a residual may follow it
 LONGEST_S = 1.0  # of samples that are taken together: slower is physics
-GAP_STEPS = 5.0  # of the usual step: what follows is a piece of its own
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -94,57 +95,63 @@ class Whitener:
     """Filters columns over the judged samples of one recording.
 
     Attributes:
-        pieces: stretches of samples without a gap, judged ones only.
+        samples: (m,) which samples of the recording these are.
         noise: what is expected.
-        period_s: usual time between samples.
+        keep: (m - 1,) share of the slow part that the next of them still has.
+        predicted_V2: (m,) variance of the slow part before each is seen.
+        along_V: (n,) what the twin's own error follows at once, one standard deviation of it; None
+            if it follows nothing.
     """
 
-    pieces: tuple[npt.NDArray[np.int64], ...]
+    samples: npt.NDArray[np.int64]
     noise: Noise
-    period_s: float
+    keep: FloatArray
+    predicted_V2: FloatArray
+    along_V: FloatArray | None = None
 
     def __call__(self, columns: FloatArray) -> FloatArray:
         """(m, k) whitened, of (n, k): the judged samples, in order."""
-        keep = np.exp(-self.period_s / self.noise.slow_s)
-        predicted = self._predicted_variance(keep)
-        whole = predicted + self.noise.white_V**2
-        gain = predicted / whole
-        parts = [_filtered(columns[p], keep, keep * (1.0 - gain)) for p in self.pieces]
-        return np.asarray(
-            np.concatenate([np.zeros((0, columns.shape[1])), *parts]) / np.sqrt(whole)
-        )
+        freed = self._filtered(columns)
+        if self.along_V is None:
+            return freed
+        along = self._filtered(self.along_V[:, None])
+        size = max(float(np.sum(along**2)), np.finfo(float).tiny)
+        return freed - (1 - 1 / sqrt(1 + size)) / size * along @ (along.T @ freed)
 
-    @property
-    def samples(self) -> npt.NDArray[np.int64]:
-        """(m,) which samples of the recording the rows are."""
-        return np.concatenate([np.zeros(0, dtype=np.int64), *self.pieces])
+    def _filtered(self, columns: FloatArray) -> FloatArray:
+        """Innovations e over their deviation, without what `along_V` says.
 
-    def _predicted_variance(self, keep: float) -> float:
-        """Of the slow part before a sample is seen: root of its Riccati equation."""
-        white, fresh = self.noise.white_V**2, self.noise.slow_V**2 * (1 - keep**2)
-        half = (white * (1 - keep**2) - fresh) / 2
-        return float(-half + np.sqrt(half**2 + white * fresh))
-
-
-def _filtered(x: FloatArray, top: float, bottom: float) -> FloatArray:
-    """(n, k) y of y[n] - bottom y[n - 1] = x[n] - top x[n - 1], nothing before the first."""
-    made = x.copy()
-    made[1:] -= top * x[:-1]
-    bands = np.ones((2, x.shape[0]))
-    bands[1] = -bottom
-    return np.asarray(solve_banded((1, 0), bands, made))
+        e[n] - keep (1 - gain[n - 1]) e[n - 1] = x[n] - keep x[n - 1], e[0] = x[0].
+        """
+        x = columns[self.samples]
+        if not x.size:
+            return x
+        whole = self.predicted_V2 + self.noise.white_V**2
+        made = x.copy()
+        made[1:] -= self.keep[:, None] * x[:-1]
+        bands = np.ones((2, x.shape[0]))
+        bands[1, :-1] = -self.keep * (1.0 - self.predicted_V2 / whole)[:-1]
+        return np.asarray(solve_banded((1, 0), bands, made) / np.sqrt(whole)[:, None])
 
 
-def whitener(time_s: FloatArray, judged: BoolArray, noise: Noise) -> Whitener:
+def whitener(
+    time_s: FloatArray, judged: BoolArray, noise: Noise, along_V: FloatArray | None = None
+) -> Whitener:
     """For one recording."""
-    dt = np.diff(time_s[judged])
-    period_s = float(np.median(dt)) if dt.size else 1.0
-    return Whitener(tuple(_pieces(time_s, judged, GAP_STEPS * period_s)), noise, period_s)
+    samples = np.flatnonzero(judged)
+    keep = np.exp(-np.diff(time_s[samples]) / noise.slow_s)
+    return Whitener(samples, noise, keep, _predicted_V2(keep, samples.size, noise), along_V)
 
 
-def _pieces(time_s: FloatArray, judged: BoolArray, gap_s: float) -> Iterator[npt.NDArray[np.int64]]:
-    at = np.flatnonzero(judged)
-    yield from np.split(at, np.flatnonzero(np.diff(time_s[at]) > gap_s) + 1) if at.size else ()
+def _predicted_V2(keep: FloatArray, count: int, noise: Noise) -> FloatArray:
+    """(count,) Riccati's recursion, from the variance before anything is known."""
+    white, slow = noise.white_V**2, noise.slow_V**2
+    out = np.full(count, slow)
+    now = slow
+    for k, kept in enumerate((keep**2).tolist(), start=1):
+        now = kept * now * white / (now + white) + slow * (1 - kept)
+        out[k] = now
+    return out
 
 
 def correlation_time(whitened: FloatArray) -> float:

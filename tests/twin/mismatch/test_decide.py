@@ -14,13 +14,14 @@ from twin.mismatch.finding import Verdict
 
 @dataclass
 class Fit:
-    """As much of a fit as a verdict without a name asks for."""
+    """As much of a fit as a verdict asks for that lists no effects."""
 
     ids: tuple[str, ...]
     fitted_V: float
     ahead_V: float
     excess: float = 1.0
     q: Any = field(default_factory=lambda: np.zeros(1))
+    problem: Any = field(default_factory=lambda: SimpleNamespace(hypotheses=()))
     there: Any = field(default_factory=lambda: SimpleNamespace(residuals=np.zeros(1000)))
     ahead: Any = field(default_factory=lambda: SimpleNamespace(residuals=np.zeros(1000)))
     judge: Any = field(
@@ -47,3 +48,21 @@ def test_what_predicts_worse_than_nothing_is_not_named(excess: float, verdict: V
     found = decide([misled, null], 1.0, 0.0004)
     assert found.verdict is verdict
     assert found.effects == ()
+
+
+@pytest.mark.parametrize(
+    ("stated_V", "ahead_V", "verdict"),
+    [
+        (0.016, 0.019, Verdict.NONE),
+        (0.008, 0.019, Verdict.NAMED),  # more than twice of it
+        (0.016, 0.050, Verdict.NAMED),  # held out
+        (0.0, 0.019, Verdict.NAMED),  # nobody stated one
+    ],
+)
+def test_what_the_twin_is_stated_to_err_by_has_no_name(
+    stated_V: float, ahead_V: float, verdict: Verdict
+) -> None:
+    null = model(Fit((), 0.024, ahead_V, excess=50.0), 0.0, 1e-9)
+    better = model(Fit(("self_heating",), 0.006, 0.010), 20.0, 1.0)
+    found = decide([better, null], 1.0, 0.0004, stated_V=stated_V)
+    assert found.verdict is verdict
