@@ -24,6 +24,7 @@ from twin.calibrate.parameters import Parameter, Scale
 
 FloatArray = npt.NDArray[np.float64]
 
+OF_FILLERS = 2  # rows of the prior beside those of the parameters
 NINETY = 1.6449  # standard deviations of a normal distribution to either side that hold 90 %
 LAGS_PER_TIME = 5.0  # sums of autocorrelations stop there: A. Sokal (1997), window of c = 5
 MOST_OF_PRIOR, SOME_OF_PRIOR = 0.5, 0.98
@@ -177,6 +178,7 @@ def _curvature(problem: Problem, q: FloatArray) -> _Curvature:
     residuals, slopes = problem.linearised(q)
     sizes = [t.at.size for t in problem.tests]
     behind = slopes[sum(sizes) :]
+    prior, warming = behind[: q.size + OF_FILLERS], behind[q.size + OF_FILLERS :]
     weighed, meat, data = (np.zeros((q.size, q.size)) for _ in range(3))
     correlated = {}
     for test, part in zip(problem.tests, _parts(sizes), strict=True):
@@ -188,8 +190,13 @@ def _curvature(problem: Problem, q: FloatArray) -> _Curvature:
         weighed += own
         meat += own * (square * times)
         data += own / (square * times)
+    if warming.size:  # temperatures err alike all along: together they tell what one test does
+        left = residuals[-len(warming) :]
+        own = warming.T @ warming
+        excess = max(float(np.mean(left**2)), 1.0) * correlation_time(left)
+        weighed, meat, data = weighed + own, meat + own * excess, data + own / excess
     return _Curvature(
-        weighed=weighed, meat=meat, data=data, prior=behind.T @ behind, correlated=correlated
+        weighed=weighed, meat=meat, data=data, prior=prior.T @ prior, correlated=correlated
     )
 
 

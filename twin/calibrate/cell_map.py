@@ -22,6 +22,7 @@ from twin.calibrate.parameters import (
     ACTIVATIONS,
     EMPTY_ENDS,
     HALF_FULL,
+    WARMING,
     middle_diffusivity_m2_s,
 )
 from twin.constants import FARADAY_C_mol
@@ -208,7 +209,7 @@ def _expressions(
     numbers |= _pores("separator", value, base)
     for name in (
         "electrolyte.initial_concentration_mol_m3", "electrolyte.diffusivity_factor",
-        "series_resistance_ohm", *(name for name in ACTIVATIONS if name in value),
+        "series_resistance_ohm", *(name for name in (*ACTIVATIONS, *WARMING) if name in value),
     ):  # fmt: skip
         numbers[name] = value[name]
     numbers["initial_soc"] = soc

@@ -12,7 +12,7 @@ from itertools import pairwise
 import numpy as np
 import numpy.typing as npt
 
-from twin.calibrate.answer import excess_of
+from twin.calibrate.answer import OF_FILLERS, excess_of
 from twin.calibrate.objective import Problem
 
 FloatArray = npt.NDArray[np.float64]
@@ -56,7 +56,7 @@ def information(problem: Problem, q: FloatArray) -> Information:
     noise = [np.mean((t.noise_V / t.sigma_V) ** 2 / t.count) for t in problem.tests]
     excess = np.maximum(excess_of(problem, residuals), noise)  # no fit is better than the noise
     by_volt = [slopes[p] * t.sigma_V[:, None] for p, t in zip(parts, problem.tests, strict=True)]
-    prior = slopes[sum(sizes) :]
+    prior = slopes[sum(sizes) : sum(sizes) + q.size + OF_FILLERS]
     return Information(
         tests=tuple(t.name for t in problem.tests),
         names=tuple(p.name for p in problem.parameters),

@@ -47,6 +47,8 @@ BEYOND_V = 1.0
 """Beyond its cut-offs a simulated cell goes on for so long; samples it never comes to count as if
 it stood there, so that whoever comes further is better."""
 START = tuple(f"{side}.start" for side in SIDES)
+READ_K = 1.0
+"""By what a surface is not as warm as the cell is on the whole, and a lump of heat not the cell."""
 SPAN_K = 8.0  # of the tests' temperatures: less does not tell an activation energy from a rate
 
 
@@ -57,11 +59,15 @@ class Simulated:
     Attributes:
         voltage_V: (m,) at the compared samples.
         by_q: (m, k) its derivative, or None if it was not asked for.
+        temperature_K: (m,) there, and from where it ended as at its end.
+        warming_by_q: (m, k) its derivative, or None.
         complete: it came to the end.
     """
 
     voltage_V: FloatArray
     by_q: FloatArray | None
+    temperature_K: FloatArray
+    warming_by_q: FloatArray | None
     complete: bool
 
 
@@ -90,8 +96,13 @@ class Problem:
         self.pack, self.correction = self._plain, correction
         if correction:
             self.pack = replace(self._plain, cell=correction.of_cell(self._plain.cell))
+        self._heats = any(isinstance(e, SelfHeating) for e in pack.effects)
         if table is None:
-            table = cell_table(self.pack, warm_and_cold=_span_K(self.pack, self.tests) > SPAN_K)
+            table = cell_table(
+                self.pack,
+                warm_and_cold=self._span_K() > SPAN_K,
+                warming=any(self.warming(k) for k in range(len(self.tests))),
+            )
         cell = tuple(table)
         self.table = (*cell, *start_parameters(self.tests, pack))
         self._of_cell = len(cell)
@@ -129,24 +140,37 @@ class Problem:
         out[list(self.free)] = [p.value(c) for p, c in zip(self.parameters, q, strict=True)]
         return out
 
-    def residuals(self, q: FloatArray) -> FloatArray:
-        """Measured minus simulated over what is expected of it, test by test; then the prior's.
+    def warming(self, test: int) -> bool:
+        """Whether it was measured how the cell warms, and it does so in the twin."""
+        return self._heats and self.tests[test].temperature_K is not None
 
-        Those of the prior are -q and the fillers'. Where no cell has these values all residuals
-        are large, the larger the farther it is from possible.
+    def residuals(self, q: FloatArray) -> FloatArray:
+        """Measured minus simulated voltage over what is expected of it, test by test.
+
+        Then the prior's, which are -q and the fillers'; then those of the temperatures. Where no
+        cell has these values all residuals are large, the larger the farther it is from possible.
         """
         values = self.values(q)
+        warm: list[FloatArray] = []
         try:
-            parts = [self.simulated(q, i).voltage_V for i in range(len(self.tests))]
+            answers = [self.simulated(q, i) for i in range(len(self.tests))]
+            parts = [a.voltage_V for a in answers]
+            warm = [self._missed_K(a, k) for k, a in enumerate(answers) if self.warming(k)]
             derived = self._map(self._values_at(values, 0))[1]
         except Infeasible as e:
             parts = [t.voltage_V + BEYOND_V * (2.0 + abs(e.by)) for t in self.tests]
+            warm = [np.zeros(t.at.size) for k, t in enumerate(self.tests) if self.warming(k)]
             derived = np.zeros(len(self.derived))
         rows = [
             (t.voltage_V - v) / t.sigma_V for t, v in zip(self.tests, parts, strict=True)
         ]  # fmt: skip
         fillers, _ = self.missed_fillers(derived)
-        return np.concatenate([*rows, -q, fillers])
+        return np.concatenate([*rows, -q, fillers, *warm])
+
+    def _missed_K(self, answer: Simulated, test: int) -> FloatArray:
+        measured_K = self.tests[test].temperature_K
+        assert measured_K is not None
+        return np.asarray((measured_K - answer.temperature_K) / READ_K)
 
     def linearised(self, q: FloatArray) -> tuple[FloatArray, FloatArray]:
         """`residuals` and their derivative by q; Infeasible if no cell has these values."""
@@ -155,16 +179,20 @@ class Problem:
                 pool.submit(self.simulated, q, i, derivative=True) for i in range(len(self.tests))
             ]
             done = [job.result() for job in jobs]
-        rows, slopes = [], []
-        for test, simulated in zip(self.tests, done, strict=True):
+        rows, slopes, warm, warming = [], [], [], []
+        for k, (test, simulated) in enumerate(zip(self.tests, done, strict=True)):
             assert simulated.by_q is not None
             rows.append((test.voltage_V - simulated.voltage_V) / test.sigma_V)
             slopes.append(-simulated.by_q / test.sigma_V[:, None])
+            if self.warming(k):
+                assert simulated.warming_by_q is not None
+                warm.append(self._missed_K(simulated, k))
+                warming.append(-simulated.warming_by_q / READ_K)
         mapped = self.mapped(q, 0)
         fillers, by_filler = self.missed_fillers(mapped.derived)
         by_q = by_filler[:, None] * self.chain(q, mapped.derived_by_values[FILLERS], 0)
-        residuals = np.concatenate([*rows, -q, fillers])
-        return residuals, np.vstack([*slopes, -np.eye(q.size), by_q])
+        residuals = np.concatenate([*rows, -q, fillers, *warm])
+        return residuals, np.vstack([*slopes, -np.eye(q.size), by_q, *warming])
 
     def cost(self, q: FloatArray) -> float:
         """Half the sum of squares of `residuals`."""
@@ -184,15 +212,20 @@ class Problem:
             solution = self._solved(sample.load, DEFAULT_MESH, self._map(values)[0])
             voltage_V = self._filled(solution.voltage_V, sample)
             return Simulated(
-                voltage_V=voltage_V, by_q=None, complete=solution.status is Status.DONE
-            )
+                voltage_V=voltage_V, by_q=None, temperature_K=self._warm_K(solution, sample),
+                warming_by_q=None, complete=solution.status is Status.DONE,
+            )  # fmt: skip
         mapped = self._map.mapped(values)
         by_q = self.chain(q, mapped.by_values, test)
         names, start = _start_names(self._map.directions, mapped.numbers["initial_soc"])
         used = np.flatnonzero(np.abs(by_q).max(axis=1) > 0)
         response = self.response(mapped.numbers, test, [names[i] for i in used])
         assert response.by_q is not None
-        return replace(response, by_q=(response.by_q / start[used]) @ by_q[used])
+        assert response.warming_by_q is not None
+        inner = by_q[used] / start[used, None]
+        return replace(
+            response, by_q=response.by_q @ inner, warming_by_q=response.warming_by_q @ inner
+        )
 
     def response(self, numbers: Mapping[str, float], test: int, names: Sequence[str]) -> Simulated:
         """The test number `test` with these numbers of the kernel, and derivatives by `names`."""
@@ -200,11 +233,15 @@ class Problem:
         run = Run(self._wide, sample.load, DEFAULT_MESH, Backend.AUTO, None)
         given = self._given(sample.load)
         s = sensitivity_of(run, sample.load, names, numbers=given | dict(numbers))
-        slopes = np.zeros((sample.load.time_s.size, len(names)))
-        slopes[: s.solution.voltage_V.size] = s.voltage
+        slopes, warming = (np.zeros((sample.load.time_s.size, len(names))) for _ in range(2))
+        n = s.solution.voltage_V.size
+        slopes[:n], warming[:n] = s.voltage, s.temperature
+        warming[n:] = s.temperature[-1] if n else 0.0
         return Simulated(
             voltage_V=self._filled(s.solution.voltage_V, sample),
             by_q=slopes[sample.at],
+            temperature_K=self._warm_K(s.solution, sample),
+            warming_by_q=warming[sample.at],
             complete=s.solution.status is Status.DONE,
         )
 
@@ -330,6 +367,21 @@ class Problem:
         """Those of the cell, then of the start of one test."""
         return np.append(values[: self._of_cell], values[self._of_cell + test])
 
+    def _span_K(self) -> float:
+        """Between the coldest and the warmest that the cell is in the tests as it is simulated."""
+        known_K = [t.load.ambient_K for t in self.tests]
+        for k, t in enumerate(self.tests):
+            if t.temperature_K is not None and self.warming(k):
+                known_K.append(float(np.nanmax(t.temperature_K)))
+        return max(known_K) - min(known_K)
+
+    def _warm_K(self, solution: Solution, sample: Sampled) -> FloatArray:
+        """(m,) at the compared samples; from where it ended, as at its end."""
+        n, whole_K = solution.temperature_K.size, np.empty(sample.load.time_s.size)
+        whole_K[:n] = solution.temperature_K
+        whole_K[n:] = solution.temperature_K[-1] if n else sample.load.ambient_K
+        return np.asarray(whole_K[sample.at])
+
     def _filled(self, voltage_V: FloatArray, sample: Sampled) -> FloatArray:
         """(m,) at the compared samples, also those that were not come to."""
         whole = np.empty(sample.load.time_s.size)
@@ -338,13 +390,6 @@ class Problem:
         charging = n > 0 and sample.load.current_A[min(n, whole.size - 1)] < 0
         whole[n:] = self._wide.cell.upper_cut_off_V if charging else self._wide.cell.lower_cut_off_V
         return np.asarray(whole[sample.at] + sample.missed_V)
-
-
-def _span_K(pack: Pack, tests: Sequence[Sampled]) -> float:
-    """Between the coldest and the warmest that the cell is in `tests` as it is simulated."""
-    heats = any(isinstance(e, SelfHeating) for e in pack.effects)
-    coldest = min(t.load.ambient_K for t in tests)
-    return max(t.warmest_K if heats else t.load.ambient_K for t in tests) - coldest
 
 
 def labelled_C(pack: Pack) -> float:

@@ -15,13 +15,14 @@ from twin.calibrate.objective import Problem
 from twin.calibrate.ocp_correction import Correction
 from twin.calibrate.run import Calibration, values_by_name
 from twin.cell import Cell, Electrode
-from twin.effects import SeriesResistance, WeakCell
+from twin.effects import SelfHeating, SeriesResistance, WeakCell
 from twin.pack import Pack
 from twin.pack_file import PackFile
 
 FloatArray = npt.NDArray[np.float64]
 
 FIT_VERSION = 1
+TRANSFER = "heat_transfer_W_m2_K"
 
 
 def calibrated_cell(found: Calibration) -> Cell:
@@ -59,7 +60,7 @@ def cell_of(problem: Problem, q: FloatArray) -> Cell:
         ),
         nominal_capacity_C=values_by_name(problem, q)["capacity_C"],
         area_m2=base["area_m2"],
-        heat_capacity_J_K=base["heat_capacity_J_K"],
+        heat_capacity_J_K=numbers.get("heat_capacity_J_K", base["heat_capacity_J_K"]),
         cooling_area_m2=base["cooling_area_m2"],
         volume_m3=cell.volume_m3 * pack.scale,
     )
@@ -86,6 +87,8 @@ def pack_text(
     physics = [id_ for id_ in (e.id for e in pack.effects) if id_ != SeriesResistance.id]
     content["twin"]["physics"] = [*dict.fromkeys(physics), SeriesResistance.id]
     content["effects"] = content["effects"] | {SeriesResistance.id: {"resistance_ohm": resistance}}
+    if TRANSFER in found.numbers:
+        content["effects"][SelfHeating.id] = {TRANSFER: found.numbers[TRANSFER]}
     if weak:
         content["twin"]["physics"].append(WeakCell.id)
         content["effects"][WeakCell.id] = [asdict(w) for w in weak]

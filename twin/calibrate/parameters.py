@@ -11,7 +11,8 @@ currents (2). They are not independent of each other:
 Free here are: of the two windows' ends when empty that in the flatter potential, the negative
 window's when full, Q, the radii and porosities. The other ends, fillers and areas follow and are
 reported beside them. Beyond the table: a resistance in series (tabs, leads), the open-circuit
-voltage at the start of each test, and, where the tests were warm and cold, the activation energies.
+voltage at the start of each test, and, where the tests were warm and cold, the activation energies,
+and where it was measured how a cell warms, its heat capacity and how it cools.
 """
 
 from collections.abc import Sequence
@@ -23,6 +24,7 @@ import casadi as ca
 
 from twin.calibrate.resample import Sampled
 from twin.constants import FARADAY_C_mol
+from twin.effects import SelfHeating
 from twin.pack import Pack
 
 
@@ -102,12 +104,16 @@ ACTIVATIONS = (
 )  # fmt: skip
 ACTIVATION_STD_J_mol, ACTIVATION_MOST_J_mol = 12e3, 100e3
 """Those of the reactions lie 18 and 26 kJ/mol apart in the two built-in cells, one NMC, one LCO."""
+WARMING = ("heat_capacity_J_K", "heat_transfer_W_m2_K")
 
 
-def cell_table(pack: Pack, *, warm_and_cold: bool = False) -> tuple[Parameter, ...]:
+def cell_table(
+    pack: Pack, *, warm_and_cold: bool = False, warming: bool = False
+) -> tuple[Parameter, ...]:
     """The parameters of the cell of `pack`, its numbers as prior means.
 
-    `warm_and_cold` says that the tests tell how they change with temperature.
+    `warm_and_cold` says that the tests tell how they change with temperature, `warming` how the
+    cell warms.
     """
     numbers, cell = pack.cell_parameters(), pack.cell
     window = cell.negative.stoichiometry_min, cell.negative.stoichiometry_max
@@ -138,6 +144,14 @@ def cell_table(pack: Pack, *, warm_and_cold: bool = False) -> tuple[Parameter, .
     ]  # fmt: skip
     if warm_and_cold:
         out += [_activation(name, numbers[name]) for name in ACTIVATIONS]
+    for heating in (e for e in pack.effects if isinstance(e, SelfHeating) and warming):
+        capacity_J_K, transfer = numbers["heat_capacity_J_K"], heating.heat_transfer_W_m2_K
+        out += [
+            Parameter(name="heat_capacity_J_K", unit="J/K", mean=capacity_J_K, std=0.15,
+                      lower=capacity_J_K / 2, upper=2 * capacity_J_K, scale=Scale.LOG),
+            Parameter(name="heat_transfer_W_m2_K", unit="W/(m2 K)", mean=transfer, std=log(2.5),
+                      lower=transfer / 30, upper=30 * transfer, scale=Scale.LOG),
+        ]  # fmt: skip
     return tuple(out)
 
 

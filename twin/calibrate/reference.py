@@ -28,7 +28,7 @@ class ReferenceTest:
         voltage_V: (n,) of one cell, at the same times as the current.
         between: how the current runs between the samples.
         ambient_K: temperature of the surroundings; the cell has it at the start.
-        warmest_K: that was measured on the cell; None if it was not.
+        temperature_K: (n,) measured on the cell; None if it was not.
         remarks: what was detected, and what this test leaves unknown.
         cells_V: (series, n) of each cell of the pack; None where they were not measured.
     """
@@ -39,7 +39,7 @@ class ReferenceTest:
     voltage_V: FloatArray
     between: Between = Between.HOLD
     ambient_K: float = 298.15
-    warmest_K: float | None = None
+    temperature_K: FloatArray | None = None
     remarks: tuple[str, ...] = ()
     cells_V: FloatArray | None = None
 
@@ -78,7 +78,7 @@ def reference_test(
         voltage_V=voltage_V,
         between=between,
         ambient_K=ambient_K,
-        warmest_K=None if table.temperature_K is None else float(np.nanmax(table.temperature_K)),
+        temperature_K=table.temperature_K,
         remarks=(said,),
         cells_V=table.cells_V,
     )

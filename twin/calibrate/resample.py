@@ -49,7 +49,7 @@ class Sampled:
         noise_V: of one sample of the test.
         start_V: about the open-circuit voltage at the start,
         start_sigma_V: and how well that is known.
-        warmest_K: that was measured on the cell, or that of the surroundings.
+        temperature_K: (m,) measured on the cell there; None if it was not.
         missed_V: (m,) what coarse steps and mesh miss there, added to what is simulated.
     """
 
@@ -63,7 +63,7 @@ class Sampled:
     noise_V: float
     start_V: float
     start_sigma_V: float
-    warmest_K: float
+    temperature_K: FloatArray | None = None
     missed_V: FloatArray | float = 0.0
 
     def as_expected(self) -> "Sampled":
@@ -113,7 +113,7 @@ def sampled(test: ReferenceTest, capacity_C: float) -> Sampled:
         noise_V=noise_V,
         start_V=start_V,
         start_sigma_V=start_sigma_V,
-        warmest_K=test.ambient_K if test.warmest_K is None else test.warmest_K,
+        temperature_K=None if test.temperature_K is None else test.temperature_K[index],
     )  # fmt: skip
 
 

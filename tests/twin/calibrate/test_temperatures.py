@@ -8,7 +8,7 @@ import pytest
 from tests.twin.calibrate.synthetic import NOISE_V, RELAX, Stage, cell_pack, load_of
 from twin.calibrate.objective import SPAN_K
 from twin.calibrate.out import calibrated_cell
-from twin.calibrate.parameters import ACTIVATIONS
+from twin.calibrate.parameters import ACTIVATIONS, WARMING
 from twin.calibrate.reference import ReferenceTest
 from twin.calibrate.run import conclude, fit, problem_of
 from twin.constants import ZERO_CELSIUS_K
@@ -20,10 +20,19 @@ from twin.simulate import simulate
 ONE_C: tuple[Stage, ...] = ((0.0, 60.0, 10.0), (1.0, 1800.0, 2.0), *RELAX)
 
 
-def of(pack: Pack, celsius: float, seed: int = 0, noise_V: float = 0.0) -> ReferenceTest:
-    """A discharge at 1C of a cell as warm as the room, then a rest."""
+FAST: tuple[Stage, ...] = ((0.0, 60.0, 10.0), (10.0, 300.0, 0.5), *RELAX)
+
+
+def of(
+    pack: Pack,
+    celsius: float,
+    seed: int = 0,
+    noise_V: float = 0.0,
+    stages: tuple[Stage, ...] = ONE_C,
+) -> ReferenceTest:
+    """A discharge of a cell as warm as the room, then a rest."""
     kelvin = celsius + ZERO_CELSIUS_K
-    time_s, current_A = load_of(ONE_C, pack.cell.nominal_capacity_C / 3600)
+    time_s, current_A = load_of(stages, pack.cell.nominal_capacity_C / 3600)
     load = Load(time_s=time_s, current_A=current_A, between=Between.HOLD, ambient_K=kelvin)
     voltage_V = simulate(replace(pack, initial_K=kelvin), load).voltage_V
     noise = np.random.default_rng(seed).standard_normal(voltage_V.size)
@@ -51,7 +60,8 @@ def test_activation_energies_are_free_where_tests_were_warm_and_cold() -> None:
     one = of(pack, 25.0)
     near = replace(one, name="near", ambient_K=one.ambient_K + 0.9 * SPAN_K)
     cold = replace(one, name="cold", ambient_K=one.ambient_K - 1.1 * SPAN_K)
-    warmed = replace(one, name="warmed", warmest_K=one.ambient_K + 1.1 * SPAN_K)
+    rise_K = 1.1 * SPAN_K * np.linspace(0.0, 1.0, one.time_s.size)
+    warmed = replace(one, name="warmed", temperature_K=one.ambient_K + rise_K)
     for given, tests, free in (
         (pack, [one, near], False),
         (pack, [one, cold], True),
@@ -91,3 +101,44 @@ def test_activation_energies_are_found() -> None:
         ("electrolyte.conductivity_activation_J_mol", 20e3),
     ):  # fmt: skip
         assert abs(estimates[name].value - value) < 3 * estimates[name].std, name
+
+
+def test_how_a_cell_warms_is_found_and_told() -> None:
+    """By its temperature; the voltage alone leaves heat capacity and cooling nearly as unknown."""
+    pack = replace(cell_pack(), effects=(SelfHeating(heat_transfer_W_m2_K=12.0),))
+    own = pack.cell
+    heating = SelfHeating(heat_transfer_W_m2_K=25.0)
+    warm = replace(own, heat_capacity_J_K=1.2 * own.heat_capacity_J_K)
+    truth = replace(pack, cell=warm, effects=(heating,))
+    test = of(truth, 25.0, 1, NOISE_V, FAST)
+    load = Load(time_s=test.time_s, current_A=test.current_A, between=Between.HOLD)
+    measured_K = simulate(truth, load).temperature_K
+    assert np.ptp(measured_K) > 2.0
+    test = replace(test, temperature_K=measured_K)
+    problem = problem_of(pack, [test], only=WARMING)
+    *_, last = fit(problem)
+    found = conclude(last.problem, last.q, [test], cross_validate=False)
+    assert found.numbers["heat_capacity_J_K"] == pytest.approx(
+        1.2 * own.heat_capacity_J_K, rel=0.05
+    )
+    assert found.numbers["heat_transfer_W_m2_K"] == pytest.approx(25.0, rel=0.05)
+    assert {e.name for e in found.answer.estimates} >= set(WARMING)
+    assert not found.answer.held
+    assert calibrated_cell(found).heat_capacity_J_K == found.numbers["heat_capacity_J_K"]
+
+
+def test_derivatives_of_temperatures_are_those_of_the_residuals() -> None:
+    pack = replace(cell_pack(), effects=(SelfHeating(),))
+    test = of(pack, 25.0, stages=FAST)
+    test = replace(test, temperature_K=np.full(test.time_s.size, 299.0))
+    problem = problem_of(pack, [test])
+    q = np.zeros(len(problem.free))
+    residuals, slopes = problem.linearised(q)
+    assert residuals == pytest.approx(problem.residuals(q))
+    along = np.random.default_rng(2).standard_normal(q.size)
+    step = 1e-4
+    change = problem.residuals(q + step * along) - problem.residuals(q - step * along)
+    warm = slice(-problem.tests[0].at.size, None)
+    got, expected = (slopes @ along)[warm], (change / (2 * step))[warm]
+    assert np.abs(expected).max() > 0.1
+    assert np.abs(got - expected).max() < 1e-3 * np.abs(expected).max()
