@@ -1,8 +1,8 @@
 """`Base`: what stands for a real cell in a trial, calibrated to tests that are not concealed.
 
-Least squares (`twin.calibrate.run`), heated by its own losses; how fast it cools is fitted to the
-temperature of the fastest whole test among those that were given. A calibration is kept as BPX and
-JSON under a hash of all that went into it, and always taken from there: a second run is the first.
+Least squares (`twin.calibrate.run`) to the voltage, the cell heated by its own losses, and to how
+it warms. A calibration is kept as BPX and JSON under a hash of all that went into it, and always
+taken from there: a second run is the first.
 """
 
 import json
@@ -20,10 +20,16 @@ from proof.recorded.measured import RealTest, recorded_parts, wide
 from twin.bpx_file import open_circuit_V
 from twin.bpx_out import write_bpx
 from twin.builtin import load_cell
-from twin.calibrate.checks import predicted
-from twin.calibrate.out import cell_text
+from twin.calibrate.checks import fitted, predicted
+from twin.calibrate.objective import READ_K
+from twin.calibrate.out import cell_of
+from twin.calibrate.parameters import WARMING
 from twin.calibrate.reference import ReferenceTest
-from twin.calibrate.run import Calibration, conclude, fit, problem_of
+from twin.calibrate.run import (
+    Progress,
+    fit,
+    problem_of,
+)
 from twin.cell import Cell
 from twin.constants import ZERO_CELSIUS_K
 from twin.effects import SelfHeating, SeriesResistance
@@ -34,7 +40,7 @@ from twin.whole_file import write_whole
 
 FloatArray = npt.NDArray[np.float64]
 
-VERSION = 1  # of what is kept: raise it where the same inputs give another calibration
+VERSION = 3  # of what is kept: raise it where the same inputs give another calibration
 COOLING_W_m2_K = (1.0, 200.0)  # looked for between still air and a clamp
 WHOLE = 0.5  # of the most that any test draws: a test that draws less shows no warming
 RESTS = 0.02  # of the largest current: less is a rest, whose voltage is that of the open circuit
@@ -81,15 +87,19 @@ class Base:
 
     Attributes:
         pack: isothermal, full, at ROOM_K.
+        series_resistance_ohm: that it has.
         heat_transfer_W_m2_K: from its surface, by the temperature of the tests it was fitted to;
             0 where none was measured.
+        warming_K: rms by which it misses these temperatures; 0 without any.
         full_soc: state of charge after the charge before its first test.
         error_V: rms of the check predicted by a fit to the other tests.
         fitted_V: rms of each fitted test.
     """
 
     pack: Pack
+    series_resistance_ohm: float
     heat_transfer_W_m2_K: float
+    warming_K: float
     full_soc: float
     error_V: float
     fitted_V: dict[str, float]
@@ -108,7 +118,7 @@ def base_of(given: Given, cache: Path) -> Base:
         _calibrate(given, place)
     cell = load_cell(place / "cell.bpx.json")
     told = json.loads((place / "base.json").read_text())
-    resistance = SeriesResistance(resistance_ohm=told.pop("series_resistance_ohm"))
+    resistance = SeriesResistance(resistance_ohm=told["series_resistance_ohm"])
     return Base(pack=Pack(cell=cell, initial_K=ROOM_K, effects=(resistance,)), **told)
 
 
@@ -132,25 +142,40 @@ def start_soc(cell: Cell, test: RealTest, full_soc: float) -> float:
 
 def _calibrate(given: Given, place: Path) -> None:
     pack, tests = _to_fit(given)
-    *_, best = fit(problem_of(pack, tests, only=given.only))
-    found = conclude(best.problem, best.q, tests, cross_validate=False)
-    write_whole(place / "cell.bpx.json", cell_text(found))
-    heating = [e for e in pack.effects if isinstance(e, SelfHeating)]
+    only = None if given.only is None else (*given.only, *WARMING)
+    *_, best = fit(problem_of(pack, tests, only=only))
+    numbers = best.problem.mapped(best.q, 0).numbers
+    names = ", ".join(t.name for t in tests)
+    text = write_bpx(cell_of(best.problem, best.q), description=f"calibrated to {names}")
+    write_whole(place / "cell.bpx.json", text)
+    full_soc = min(float(numbers["initial_soc"]), 1.0)
+    ohm = SeriesResistance(resistance_ohm=numbers["series_resistance_ohm"])
+    transfer = numbers.get("heat_transfer_W_m2_K")
+    heating = [SelfHeating(heat_transfer_W_m2_K=transfer)] if transfer else []
     if not given.check:
-        error_V = _missed_V(found, given.unseen, heating, place)
+        pack = Pack(cell=load_cell(place / "cell.bpx.json"), effects=(ohm, *heating))
+        error_V = _missed_V(pack, full_soc, given.unseen)
     else:
         k = [t.name for t in tests].index(given.check)
         *_, check_V = predicted(best.problem, best.q, tests, k)
         assert check_V is not None
         error_V = _rms_V(tests[k].voltage_V, check_V, pack.cell.lower_cut_off_V)
     told = {
-        "series_resistance_ohm": found.numbers["series_resistance_ohm"],
-        "heat_transfer_W_m2_K": heating[0].heat_transfer_W_m2_K if heating else 0.0,
-        "full_soc": _full(found),
+        "series_resistance_ohm": ohm.resistance_ohm,
+        "heat_transfer_W_m2_K": transfer or 0.0,
+        "warming_K": _warming_K(best),
+        "full_soc": full_soc,
         "error_V": error_V,
-        "fitted_V": {f.name: float(f.rms_V) for f in found.fitted},
+        "fitted_V": {f.name: float(f.rms_V) for f in fitted(best.problem, best.q, tests)},
     }
     write_whole(place / "base.json", json.dumps(told, indent=1) + "\n")
+
+
+def _warming_K(best: Progress) -> float:
+    """Rms by which the temperatures of all tests are missed; 0 without any."""
+    warm = sum(t.at.size for k, t in enumerate(best.problem.tests) if best.problem.warming(k))
+    missed = best.problem.residuals(best.q)[-warm:] if warm else np.zeros(1)
+    return READ_K * float(np.sqrt(np.mean(missed**2)))
 
 
 def charged_to(cell: Cell, full_V: float, empty_V: float) -> Cell:
@@ -173,27 +198,23 @@ def charged_to(cell: Cell, full_V: float, empty_V: float) -> Cell:
     )
 
 
-def _missed_V(
-    found: Calibration, unseen: Sequence[RealTest], heating: Sequence[SelfHeating], place: Path
-) -> float:
+def _missed_V(pack: Pack, full_soc: float, unseen: Sequence[RealTest]) -> float:
     """Rms over tests that nothing was fitted to, each counting alike.
 
     A cell goes on below its cut-off, since it may be empty a little early.
     """
-    cell = load_cell(place / "cell.bpx.json")
-    ohm = SeriesResistance(resistance_ohm=found.numbers["series_resistance_ohm"])
     squares = []
     for test in unseen:
         start_K = test.start_K(ROOM_K)
-        pack = Pack(cell=wide(cell), initial_K=start_K, effects=(ohm, *heating))
-        pack = replace(pack, initial_soc=start_soc(cell, test, _full(found)))
+        soc = start_soc(pack.cell, test, full_soc)
+        own = replace(pack, cell=wide(pack.cell), initial_K=start_K, initial_soc=soc)
         load = Load(
             time_s=test.time_s, current_A=test.current_A, between=Between.LINEAR, ambient_K=start_K
         )
         got_V = np.full(test.time_s.size, np.nan)
-        done_V = simulate(pack, load).voltage_V
+        done_V = simulate(own, load).voltage_V
         got_V[: done_V.size] = done_V
-        squares.append(_rms_V(test.voltage_V, got_V, cell.lower_cut_off_V) ** 2)
+        squares.append(_rms_V(test.voltage_V, got_V, pack.cell.lower_cut_off_V) ** 2)
     return float(np.sqrt(np.mean(squares)))
 
 
@@ -201,11 +222,6 @@ def _rms_V(measured_V: FloatArray, got_V: FloatArray, empty_V: float) -> float:
     """Of a test; a simulation that ended (NaN) stands at the cut-off from there."""
     error_V = measured_V - np.where(np.isnan(got_V), empty_V, got_V)
     return float(np.sqrt(np.nanmean(error_V**2)))
-
-
-def _full(found: Calibration) -> float:
-    """Of the first test."""
-    return float(min(found.problem.mapped(found.q, 0).numbers["initial_soc"], 1.0))
 
 
 def _to_fit(given: Given) -> tuple[Pack, list[ReferenceTest]]:

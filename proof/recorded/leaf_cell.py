@@ -22,7 +22,7 @@ from twin.pack import Pack
 FloatArray = npt.NDArray[np.float64]
 
 FOLDER = "battery/leaf/"
-PULSES = "cell-low-current-hppc-25c-2.csv"
+PULSES = {10: "10c", 25: "25c-2", 40: "40c-1"}
 DISCHARGES = "cell-discharge-bitrode-{}c.csv"
 COLUMNS = {"time_s": 1, "current_A": 8, "voltage_V": 9}
 THERMOCOUPLES_S = 3.0  # between their rows, which begin with the cycler's; three are on the cell
@@ -50,15 +50,15 @@ def _whole(folder: Path, file: str) -> RealTest:
     )
 
 
-def pulses(folder: Path) -> RealTest:
+def pulses(folder: Path, degrees: int = 25) -> RealTest:
     """From full and rested: pulses of 30 s at 30 A and 10 s back, 3 Ah at 10 A, a rest, and again.
 
     Temperature: that of the chamber; the cell warms by less than a degree between the rests.
     """
-    whole = _whole(folder, PULSES)
-    full = int(np.argmax(whole.current_A > SLOW_A[0]))
-    test = replace(whole.part(slice(full - 2, None)), name="pulses 25 degC")
-    return replace(test, temperature_K=np.full(test.time_s.size, 25.0 + ZERO_CELSIUS_K))
+    whole = _whole(folder, f"cell-low-current-hppc-{PULSES[degrees]}.csv")
+    full = int(np.argmax(whole.current_A > FLOWS_A))
+    test = replace(whole.part(slice(full - 2, None)), name=f"pulses {degrees} degC")
+    return replace(test, temperature_K=np.full(test.time_s.size, degrees + ZERO_CELSIUS_K))
 
 
 def discharge(folder: Path, times: int) -> RealTest:

@@ -3,6 +3,7 @@
 Recordings: WMG, University of Warwick, via pybop-team/PyBOP.
 """
 
+import csv
 from pathlib import Path
 from types import SimpleNamespace
 
@@ -25,6 +26,8 @@ RATES = "battery/lg_m50/LGM50_5Ah_RateTest.mat"
 PULSES = "battery/lg_m50/LGM50_5Ah_Pulse.mat"
 PULSED = (9, 7, 5, 3, 1)  # tenths of charge; 10 s of 1.5C each
 PULSED_CELL = "Cell1"
+OTHER = "battery/lg_m50/tec/Cell{}_{}_{}degC.csv"
+OTHER_COLUMNS = (3, 7, 8, 13)  # time, voltage, charging current, temperature
 
 
 def rate(raw: SimpleNamespace, degrees: int, name: str) -> RealTest:
@@ -38,6 +41,28 @@ def rate(raw: SimpleNamespace, degrees: int, name: str) -> RealTest:
         temperature_K=test.cellTemp_mid + ZERO_CELSIUS_K,
     )
     return discharge_of(on_one_clock(whole))
+
+
+def other(folder: Path, cell: int, name: str, degrees: int, which: int = 0) -> RealTest:
+    """A discharge of another cell of the batch (786, 796), with the last sample of the rest before.
+
+    Recordings: brosaplanella/TEC-reduced-model; 0.5C was drawn twice, `which` counts from 0.
+    """
+    file = recording(folder, OTHER.format(cell, name.replace(".", "p"), degrees))
+    with file.open(encoding="latin-1", newline="") as stream:
+        lines = [line for line in csv.reader(stream) if line and line[0].strip().isdigit()]
+    rows = np.array([[float(line[k]) for k in OTHER_COLUMNS] for line in lines])
+    drawn = np.concatenate([[0], [line[1] == "DCH" for line in lines], [0]]).astype(int)
+    start, stop = np.flatnonzero(np.diff(drawn)).reshape(-1, 2)[which].tolist()
+    time_s, voltage_V, charge_A, celsius = rows[start - 1 : stop].T
+    whole = RealTest(
+        name=f"{name} {degrees} degC, cell {cell}, {which + 1}",
+        time_s=time_s,
+        current_A=-charge_A,
+        voltage_V=voltage_V,
+        temperature_K=celsius + ZERO_CELSIUS_K,
+    )
+    return on_one_clock(whole)
 
 
 def pulse(raw: SimpleNamespace, tenths: int, slow: RealTest) -> RealTest:

@@ -79,6 +79,7 @@ class RealTest:
         return ReferenceTest(
             name=self.name, time_s=self.time_s, current_A=self.current_A,
             voltage_V=self.voltage_V, between=between, ambient_K=ambient_K,
+            temperature_K=self.temperature_K,
         )  # fmt: skip
 
 

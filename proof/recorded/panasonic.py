@@ -27,7 +27,10 @@ FloatArray = npt.NDArray[np.float64]
 FOLDER = "battery/panasonic_18650pf/"
 SLOW = "05-08-17_13.26_C20_OCV_Test_C20_25dC.mat"
 ONE_C = "03-09-17_17.59_3349_Dis1C_1.mat"
-PULSES = "03-11-17_08.47_25degC_5Pulse_HPPC_Pan18650PF.mat"
+PULSES = {
+    25: "03-11-17_08.47_25degC_5Pulse_HPPC_Pan18650PF.mat",
+    0: "05-20-17_10.44_0degC_5pulse_HPPC_Pan18650PF.mat",
+}
 HELD_OUT = {
     "US06 25 degC": "03-20-17_01.43_25degC_US06_Pan18650PF.mat",
     "US06 10 degC": "03-27-17_09.06_10degC_US06_Pan18650PF.mat",
@@ -56,13 +59,28 @@ def read(folder: Path, file: str, name: str) -> tuple[RealTest, FloatArray]:
     return on_one_clock(test), on_one_clock(counted).voltage_V
 
 
-def pulses(folder: Path) -> RealTest:
-    """The pulses at 25 degC, with the discharges between them put back, without their voltage.
+def cycle(folder: Path, name: str) -> RealTest:
+    """One of HELD_OUT with current and voltage at one time.
+
+    In the files the voltage is a sample, 0.1 s, later than the current: so the changes of both from
+    sample to sample correlate. In those of the pulses it is not.
+    """
+    test, _ = read(folder, HELD_OUT[name], name)
+    late, early = slice(1, None), slice(None, -1)
+    assert test.temperature_K is not None
+    return replace(
+        test, time_s=test.time_s[early], current_A=test.current_A[early],
+        voltage_V=test.voltage_V[late], temperature_K=test.temperature_K[early],
+    )  # fmt: skip
+
+
+def pulses(folder: Path, degrees: int = 25) -> RealTest:
+    """The pulses at 25 or 0 degC, with the discharges between them put back, without their voltage.
 
     Put back too: a pulse's end. After the strongest the next sample comes a second later, but the
     counter stood still meanwhile: the current had ended with the sample before.
     """
-    test, counted_C = read(folder, PULSES, "pulses 25 degC")
+    test, counted_C = read(folder, PULSES[degrees], f"pulses {degrees} degC")
     t, step_s = test.time_s, np.diff(test.time_s)
     hidden, late = step_s > LEFT_OUT_S, (step_s > LATE_S) & (np.diff(test.current_A) < -LATE_A)
     added: dict[int, tuple[list[float], list[float]]] = {}
@@ -95,7 +113,7 @@ def cell(folder: Path) -> RealCell:
     return RealCell(
         name="Panasonic NCR18650PF 2.9 Ah",
         fit=(slow, discharge_of(read(folder, ONE_C, "1C 25 degC")[0]), pulses(folder)),
-        held_out=tuple(read(folder, file, name)[0] for name, file in HELD_OUT.items()),
+        held_out=tuple(cycle(folder, name) for name in HELD_OUT),
         baseline=baseline,
         source=source,
         published=False,

@@ -25,6 +25,17 @@ def every(test: RealTest, step_s: float) -> RealTest:
     return _chosen(test, start + rows)
 
 
+def spaced(test: RealTest, step_s: float, change_A: float = 0.5) -> RealTest:
+    """Samples at least `step_s` apart, and both of each pair between which the current jumps."""
+    jumps = np.abs(np.diff(test.current_A)) > change_A
+    kept = np.append(jumps, True) | np.insert(jumps, 0, True)
+    last = 0
+    for k, t in enumerate(test.time_s.tolist()):
+        kept[k] |= t - test.time_s[last] >= step_s
+        last = k if kept[k] else last
+    return _chosen(test, np.flatnonzero(kept))
+
+
 def binned(test: RealTest, step_s: float) -> RealTest:
     """Means over spans of about `step_s`, of the current as of the voltage; the charge stays."""
     size = max(1, round(step_s / float(np.median(np.diff(test.time_s)))))

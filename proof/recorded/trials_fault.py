@@ -22,8 +22,9 @@ from analyze.replaying import judged_of
 from analyze.start import pack_of
 from proof.question import Question
 from proof.recorded import about_energy, panasonic
-from proof.recorded.base import Body, Given, base_of, rest_soc
+from proof.recorded.base import ROOM_K, rest_soc
 from proof.recorded.blocks import Fitted, Part, Run, fitted
+from proof.recorded.heat_bases import CELLS
 from proof.recorded.measured import FloatArray, NotHere, RealTest, recording
 from proof.recorded.thinned import binned
 from proof.simulated.faults import FAULTS, Traces
@@ -33,9 +34,6 @@ from proof.truth import Number, Truth
 from twin.calibrate.flight_problem import Known
 from twin.pack import Pack
 
-PANASONIC = Body(heat_capacity_J_K=45.0, cooling_area_m2=4.2e-3)
-"""An 18650 of 47.5 g (its data sheet) with 950 J/kg/K, usual of such cells (Steinhardt et al.,
-J. Energy Storage 52, 104869 (2022)); a cylinder of 18 mm and 65 mm."""
 LABORATORY = Known(soc=True, capacity=True, temperature=True, scale=True, charge=True)
 PERIOD_S = 2.0  # of the means that are taken of a drive cycle, for speed
 FLIGHT_ROUNDS, CYCLE_ROUNDS = 3, 6
@@ -180,16 +178,11 @@ def flown(log: Path) -> Run:
 
 
 def driven_panasonic(folder: Path, cache: Path) -> Run:
-    """US06 at 25 degC; the cell calibrated to C/20 and 1C, then fitted to its own blocks."""
-    cell = panasonic.cell(folder)
-    (cycle,) = (t for t in cell.held_out if t.name == "US06 25 degC")
-    assert cycle.temperature_K is not None
-    given = Given(start=cell.baseline, tests=cell.fit[:2], check=cell.fit[1].name, body=PANASONIC)
-    base = base_of(given, cache)
-    pack = replace(
-        base.heated(), initial_soc=base.full_soc, initial_K=float(cycle.temperature_K[0])
-    )
-    return _driven(pack, cycle)
+    """US06 at 25 degC; the twin of `heat_bases`, then fitted to its own blocks."""
+    test = panasonic.cycle(folder, "US06 25 degC")
+    base = CELLS["panasonic"].base(folder, cache, (test.name,))
+    pack = replace(base.heated(), initial_soc=base.full_soc, initial_K=test.start_K(ROOM_K))
+    return _driven(pack, test)
 
 
 def driven_nmc(folder: Path) -> Run:

@@ -13,6 +13,7 @@ from proof.recorded.base import Base, start_soc
 from proof.recorded.heat_bases import CELLS
 from proof.recorded.heat_list import ENTRIES, Entry, Kind
 from proof.recorded.measured import NotHere, RealTest
+from proof.recorded.trials_ageing import LOSSES, WITH_AGE
 from proof.trial import NoTrial, Trial
 from proof.truth import Channel, Truth
 from twin.constants import ZERO_CELSIUS_K
@@ -57,7 +58,7 @@ def _made(entry: Entry, folder: Path, cache: Path) -> tuple[Question, Truth]:
     names = [name for name in (entry.fitted, entry.held_out) if name]
     try:
         tests = [material.recordings[name](folder) for name in names]
-        base = material.base(folder, cache)
+        base = material.base(folder, cache, names)
     except NotHere as e:
         raise NoTrial(str(e)) from e
     thin = [material.thin(test) for test in tests]
@@ -101,7 +102,7 @@ def _truth(entry: Entry, question: Question, tests: Sequence[RealTest]) -> Truth
         effects=EFFECTS[entry.kind],
         strength=missed_V(question) / floor_V,
         floor_V=floor_V,
-        also=CELLS[entry.cell].also,
+        also=(*LOSSES, *WITH_AGE) if entry.aged else (),
         forbidden=("self_heating",) if entry.kind is Kind.CONTROL else (),
         channels=tuple(
             Channel(recording=name_of(k), time_s=t.time_s, temperature_K=t.temperature_K)

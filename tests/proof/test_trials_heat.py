@@ -5,12 +5,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from proof.recorded import leaf_cell
+from proof.recorded import leaf_cell, lg_m50, panasonic
 from proof.recorded.base import charged_to, rest_soc
 from proof.recorded.heat_bases import CELLS
 from proof.recorded.heat_list import ENTRIES, Kind
 from proof.recorded.measured import NotHere, RealTest
-from proof.recorded.thinned import binned, every
+from proof.recorded.thinned import binned, every, spaced
 from proof.recorded.trials_heat import EFFECTS, KINDS, heat_trials
 from proof.trial import NoTrial
 from proof.truth import RECORDED
@@ -70,6 +70,43 @@ def test_means_keep_the_charge() -> None:
     assert np.diff(mean.time_s) == pytest.approx(2.0)
     assert mean.current_A.sum() * 2.0 == pytest.approx(i.sum() * 0.1)
     assert mean.voltage_V == pytest.approx(4.0 - 0.01 * mean.current_A)
+
+
+def test_spaced_samples_keep_both_sides_of_a_jump() -> None:
+    t = np.arange(200.0)
+    i = np.where((t >= 53) & (t < 84), 30.0, 0.0)
+    thin = spaced(RealTest(name="pulse", time_s=t, current_A=i, voltage_V=4.0 - 0.01 * i), 10.0)
+    assert {52.0, 53.0, 83.0, 84.0} <= set(thin.time_s.tolist())
+    assert thin.time_s.size < 35
+    assert np.diff(thin.time_s).max() == 10.0
+    assert thin.drawn_C[-1] == pytest.approx(30.0 * 31)
+
+
+def test_current_and_voltage_of_a_drive_cycle_move_together() -> None:
+    """The change of the voltage is that of the current of the same sample, not of the one before.
+
+    The battery's own time constants are longer than a sample.
+    """
+    try:
+        test = panasonic.cycle(SHARED, "US06 25 degC")
+    except NotHere as e:
+        pytest.skip(str(e))
+    rise_A, rise_V = np.diff(test.current_A), np.diff(test.voltage_V)
+    inner = slice(3, -3)
+    by_lag = [np.corrcoef(rise_A[inner], np.roll(rise_V, -k)[inner])[0, 1] for k in range(-3, 4)]
+    assert np.argmin(by_lag) == 3
+    assert by_lag[3] < 1.5 * min(by_lag[2], by_lag[4])
+
+
+def test_the_other_lg_cells_start_at_rest_and_end_empty() -> None:
+    try:
+        test = lg_m50.other(SHARED, 786, "0.5C", 0, 1)
+    except NotHere as e:
+        pytest.skip(str(e))
+    assert test.current_A[0] == 0.0
+    assert test.current_A[1:].min() > 2.4
+    assert test.voltage_V[-1] == pytest.approx(2.5, abs=0.01)
+    assert test.drawn_C[-1] / 3600 == pytest.approx(4.29, abs=0.01)
 
 
 @pytest.mark.parametrize("soc", [0.05, 0.5, 1.0])
