@@ -20,6 +20,11 @@ QUANTITIES = {
     "initial_concentration_mol_m3": ("salt concentration", "mol/m³", 1.0),
     "capacity_C": ("capacity", "Ah", 1 / 3600),
     "series_resistance_ohm": ("resistance in series", "mΩ", 1e3),
+    "heat_capacity_J_K": ("heat capacity", "J/K", 1.0),
+    "heat_transfer_W_m2_K": ("heat transfer to the air", "W/(m² K)", 1.0),
+    "diffusivity_activation_J_mol": ("activation energy of diffusion", "kJ/mol", 1e-3),
+    "rate_activation_J_mol": ("activation energy of the reaction", "kJ/mol", 1e-3),
+    "conductivity_activation_J_mol": ("activation energy of conduction", "kJ/mol", 1e-3),
 }
 ENDS = {
     "negative.stoichiometry_max": "stoichiometry when full",

@@ -31,6 +31,7 @@ from tests.reports.test_page import DRAWING, parsed
 from tests.twin.calibrate.synthetic import cell_pack, measured
 from twin.calibrate.answer import Verdict
 from twin.calibrate.checks import Fitted
+from twin.calibrate.parameters import ACTIVATIONS, WARMING
 from twin.calibrate.run import ADVICE, Calibration, conclusions, problem_of
 from twin.calibrate.unlike import Difference, Unlike
 
@@ -118,6 +119,11 @@ def cut(f: Fitted) -> Fitted:
     half = f.time_s.size // 2
     gone = np.where(np.arange(f.time_s.size) < half, f.simulated_V, np.nan)
     return replace(f, simulated_V=gone, held_out_V=None)
+
+
+@pytest.mark.parametrize("name", [*ACTIVATIONS, *WARMING])
+def test_what_only_some_tests_tell_has_a_name_too(name: str) -> None:
+    assert called(name).text != name
 
 
 def test_every_test_and_every_parameter_is_there() -> None:

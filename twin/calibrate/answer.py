@@ -193,7 +193,7 @@ def _curvature(problem: Problem, q: FloatArray) -> _Curvature:
     if warming.size:  # temperatures err alike all along: together they tell what one test does
         left = residuals[-len(warming) :]
         own = warming.T @ warming
-        excess = max(float(np.mean(left**2)), 1.0) * correlation_time(left)
+        excess = max(float(np.mean(left**2)) * correlation_time(left), 1.0)
         weighed, meat, data = weighed + own, meat + own * excess, data + own / excess
     return _Curvature(
         weighed=weighed, meat=meat, data=data, prior=prior.T @ prior, correlated=correlated

@@ -112,7 +112,7 @@ class _Drawn:
 
     def __init__(self, pack: Pack, doubt: Doubt) -> None:
         self._doubt = doubt
-        self._table = {p.name: p for p in cell_table(pack)}
+        self._table = {p.name: p for p in cell_table(pack, warm_and_cold=True)}
         cell = pack.cell
         ends = cell.negative.stoichiometry_min, cell.positive.stoichiometry_max
         own = {n: p.mean for n, p in self._table.items() if n not in EMPTY_ENDS}

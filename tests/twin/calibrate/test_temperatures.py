@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from tests.twin.calibrate.synthetic import NOISE_V, RELAX, Stage, cell_pack, load_of
+from twin.calibrate.answer import Verdict
 from twin.calibrate.objective import SPAN_K
 from twin.calibrate.out import calibrated_cell
 from twin.calibrate.parameters import ACTIVATIONS, WARMING
@@ -122,8 +123,8 @@ def test_how_a_cell_warms_is_found_and_told() -> None:
         1.2 * own.heat_capacity_J_K, rel=0.05
     )
     assert found.numbers["heat_transfer_W_m2_K"] == pytest.approx(25.0, rel=0.05)
-    assert {e.name for e in found.answer.estimates} >= set(WARMING)
-    assert not found.answer.held
+    told = {e.name: e for e in found.answer.estimates}
+    assert all(told[name].verdict is Verdict.IDENTIFIED for name in WARMING)
     assert calibrated_cell(found).heat_capacity_J_K == found.numbers["heat_capacity_J_K"]
 
 
