@@ -104,7 +104,7 @@ class _Counted:
         before = self.PHASES.index(phase) * self._total
         self._tell(before + done + self._total - of, f"{phase} {name}")
         if done == of:
-            click.echo(f"{phase:8s} as many as could be")
+            click.echo(f"{phase:8s} {done} of {self._total}")
 
 
 def _trials(request: Request, seed: int) -> tuple[Trial, ...]:
