@@ -60,7 +60,7 @@ def decide(
     null = next(m for m in models if not m.ids)
     best = _simplest(models)
     small = _change_V(best.fitted, null.fitted) < NUMERICS_V * _series(null.fitted)
-    own = _within(null.fitted, OWN_ERROR * stated_V)
+    own = _within(null.fitted, stated_V)
     idle = not best.ids or null.probability > LIKELY or small or own
     if idle or _misleads(best.fitted, null.fitted):
         verdict = Verdict.NONE if white(null.fitted) or own else Verdict.UNKNOWN
@@ -108,11 +108,7 @@ def _misleads(fitted: Fitted, null: Fitted) -> bool:
 
 
 def _within(fitted: Fitted, most_V: float) -> bool:
-    """All that is missed, fitted or held out, is less.
-
-    The stated error of a twin is known to OWN_ERROR only: an effect that explains some of it is not
-    told from it.
-    """
+    """All that is missed, fitted or held out, is less: by the stated error there is no effect."""
     return max(fitted.rms_V(), fitted.held_out_rms_V()) < most_V
 
 

@@ -7,9 +7,7 @@ turns residuals into numbers that are independent and have variance 1 if nothing
 
 Source of the filter: the Kalman filter of an Ornstein-Uhlenbeck process seen in white noise, which
 knows nothing before the first sample but how far that process wanders, and in a gap forgets as that
-does (Anderson, Moore, Optimal Filtering, 1979, chapter 4). An error in proportion to a known
-column a adds a a^T to the covariance I of what the filter leaves; its inverse root is
-I - (1 - 1 / sqrt(1 + |a|^2)) a a^T / |a|^2.
+does (Anderson, Moore, Optimal Filtering, 1979, chapter 4).
 """
 
 from dataclasses import dataclass
@@ -99,28 +97,17 @@ class Whitener:
         noise: what is expected.
         keep: (m - 1,) share of the slow part that the next of them still has.
         predicted_V2: (m,) variance of the slow part before each is seen.
-        along_V: (n,) what the twin's own error follows at once, one standard deviation of it; None
-            if it follows nothing.
     """
 
     samples: npt.NDArray[np.int64]
     noise: Noise
     keep: FloatArray
     predicted_V2: FloatArray
-    along_V: FloatArray | None = None
 
     def __call__(self, columns: FloatArray) -> FloatArray:
-        """(m, k) whitened, of (n, k): the judged samples, in order."""
-        freed = self._filtered(columns)
-        if self.along_V is None:
-            return freed
-        along = self._filtered(self.along_V[:, None])
-        size = max(float(np.sum(along**2)), np.finfo(float).tiny)
-        return freed - (1 - 1 / sqrt(1 + size)) / size * along @ (along.T @ freed)
+        """(m, k) whitened, of (n, k): the judged samples, in order.
 
-    def _filtered(self, columns: FloatArray) -> FloatArray:
-        """Innovations e over their deviation, without what `along_V` says.
-
+        Innovations e over their deviation,
         e[n] - keep (1 - gain[n - 1]) e[n - 1] = x[n] - keep x[n - 1], e[0] = x[0].
         """
         x = columns[self.samples]
@@ -134,13 +121,11 @@ class Whitener:
         return np.asarray(solve_banded((1, 0), bands, made) / np.sqrt(whole)[:, None])
 
 
-def whitener(
-    time_s: FloatArray, judged: BoolArray, noise: Noise, along_V: FloatArray | None = None
-) -> Whitener:
+def whitener(time_s: FloatArray, judged: BoolArray, noise: Noise) -> Whitener:
     """For one recording."""
     samples = np.flatnonzero(judged)
     keep = np.exp(-np.diff(time_s[samples]) / noise.slow_s)
-    return Whitener(samples, noise, keep, _predicted_V2(keep, samples.size, noise), along_V)
+    return Whitener(samples, noise, keep, _predicted_V2(keep, samples.size, noise))
 
 
 def _predicted_V2(keep: FloatArray, count: int, noise: Noise) -> FloatArray:

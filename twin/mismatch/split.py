@@ -48,9 +48,7 @@ def split(
         held_out = [replace(own, judged=own.judged & second)]
     noises = {f.name: noise_of(f, slow_V) for f in (*fitted, *held_out)}
     parts = [
-        tuple(
-            (f, whitener(f.time_s, f.judged, noises[f.name], _at_once_V(f, slow_V))) for f in part
-        )
+        tuple((f, whitener(f.time_s, f.judged, noises[f.name])) for f in part)
         for part in (fitted, held_out)
     ]
     return Data(parts[0], parts[1])
@@ -85,18 +83,6 @@ def noise_of(flight: Flight, slow_V: float | None) -> Noise:
     )
 
 
-def _at_once_V(flight: Flight, slow_V: float | None) -> FloatArray | None:
-    """(n,) what a calibrated twin errs by as the current flows, a share of its losses.
-
-    As much as is stated of it in the mean; without a statement, nothing.
-    """
-    if slow_V is None:
-        return None
-    current_A = flight.load.current_A
-    size_A = float(np.sqrt(np.mean(current_A[flight.judged] ** 2)))
-    return slow_V * current_A / size_A if size_A > 0 else None
-
-
 def sharpened(data: Data, best: Fitted) -> Data | None:
     """With the noise by what `best` leaves; None if that is hardly less than it was.
 
@@ -112,8 +98,8 @@ def sharpened(data: Data, best: Fitted) -> Data | None:
             for (_, w), white in zip(own, whites, strict=True)
         ]
         return tuple(
-            (flight, whitener(flight.time_s, flight.judged, noise, w.along_V))
-            for (flight, w), noise in zip(own, noises, strict=True)
+            (flight, whitener(flight.time_s, flight.judged, noise))
+            for (flight, _), noise in zip(own, noises, strict=True)
         )
 
     finer = Data(of(best.problem, best.q, data.fitted), of(best.judge, best.ahead_q, data.held_out))
