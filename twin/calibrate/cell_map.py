@@ -32,6 +32,7 @@ FloatArray = npt.NDArray[np.float64]
 
 SIDES = ("negative", "positive")
 EDGE = 1e-4  # of stoichiometry: no window goes closer to full or empty
+START = tuple(f"{side}.start" for side in SIDES)
 START_V = "start_V"
 FILLERS = slice(2, 4)
 """Where the fillers stand among what is derived."""
@@ -84,7 +85,7 @@ class CellMap:
         numbers, derived, start = _expressions(pack, value, w)
         self.names = tuple(numbers)
         kept = [n for n in numbers if "stoichiometry" not in n and n != "initial_soc"]
-        self.directions = (*kept, *(f"{side}.start" for side in SIDES))
+        self.directions = (*kept, *START)
         moving = ca.vertcat(*(numbers[n] for n in kept), *start)
         shown = ca.vertcat(*derived)
         g = ca.vertcat(*_equations(pack, value, w))
@@ -149,6 +150,23 @@ class CellMap:
         soc = _root(lambda s: start_V - self._rest_V(x, y, s), 0.0, OVERFULL)
         empty = y[1] if EMPTY_ENDS[0] in self._names else x[1]
         return np.array([y[0], empty, soc])
+
+
+def start_names(
+    directions: tuple[str, ...], initial_soc: float
+) -> tuple[tuple[str, ...], FloatArray]:
+    """What the kernel calls each direction, and how much a unit of it moves that.
+
+    The stoichiometry where a test starts is moved by the end of the window that weighs more.
+    """
+    full = initial_soc > 0.5
+    weight = initial_soc if full else 1.0 - initial_soc
+    ends = {
+        START[0]: f"negative.stoichiometry_{'max' if full else 'min'}",
+        START[1]: f"positive.stoichiometry_{'min' if full else 'max'}",
+    }
+    share = [weight if name in ends else 1.0 for name in directions]
+    return tuple(ends.get(name, name) for name in directions), np.array(share)
 
 
 def full_and_empty_V(pack: Pack) -> tuple[float, float]:

@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from twin.calibrate.cell_map import FILLERS, SIDES, START_V, CellMap, Infeasible, Mapped
+from twin.calibrate.cell_map import FILLERS, START_V, CellMap, Infeasible, Mapped, start_names
 from twin.calibrate.ocp_correction import Correction
 from twin.calibrate.parameters import (
     FILLER_EDGE,
@@ -25,14 +25,8 @@ from twin.calibrate.parameters import (
 from twin.calibrate.reference import ReferenceTest
 from twin.calibrate.refine import FINE_MESH, PARTS, refined
 from twin.calibrate.resample import Sampled
-from twin.effects import (
-    AGEING,
-    AnyEffect,
-    FilmResistance,
-    Sei,
-    SelfHeating,
-    SeriesResistance,
-)
+from twin.calibrate.single_cell import filler_shares, labelled_C, single_cell
+from twin.effects import SelfHeating
 from twin.kernel import Backend
 from twin.load import Load
 from twin.mesh import Mesh
@@ -46,7 +40,6 @@ FloatArray = npt.NDArray[np.float64]
 BEYOND_V = 1.0
 """Beyond its cut-offs a simulated cell goes on for so long; samples it never comes to count as if
 it stood there, so that whoever comes further is better."""
-START = tuple(f"{side}.start" for side in SIDES)
 READ_K = 1.0
 """By what a surface is not as warm as the cell is on the whole, and a lump of heat not the cell."""
 SPAN_K = 8.0  # of the tests' temperatures: less does not tell an activation energy from a rate
@@ -116,7 +109,7 @@ class Problem:
             upper_cut_off_V=self.pack.cell.upper_cut_off_V + BEYOND_V,
         )
         self._wide = replace(self.pack, cell=wide)
-        self._filler_means = _fillers(self.pack)
+        self._filler_means = filler_shares(self.pack)
 
     @property
     def parameters(self) -> tuple[Parameter, ...]:
@@ -217,7 +210,7 @@ class Problem:
             )  # fmt: skip
         mapped = self._map.mapped(values)
         by_q = self.chain(q, mapped.by_values, test)
-        names, start = _start_names(self._map.directions, mapped.numbers["initial_soc"])
+        names, start = start_names(self._map.directions, mapped.numbers["initial_soc"])
         used = np.flatnonzero(np.abs(by_q).max(axis=1) > 0)
         response = self.response(mapped.numbers, test, [names[i] for i in used])
         assert response.by_q is not None
@@ -390,56 +383,6 @@ class Problem:
         charging = n > 0 and sample.load.current_A[min(n, whole.size - 1)] < 0
         whole[n:] = self._wide.cell.upper_cut_off_V if charging else self._wide.cell.lower_cut_off_V
         return np.asarray(whole[sample.at] + sample.missed_V)
-
-
-def labelled_C(pack: Pack) -> float:
-    """Capacity of one cell of `pack` as it is labelled."""
-    return pack.scale * pack.cell.nominal_capacity_C
-
-
-def single_cell(pack: Pack) -> Pack:
-    """The mean cell of `pack` alone, its share of a resistance in series in it, without ageing.
-
-    Of what ages only the resistance of the first film remains: the rest takes many cycles, in a
-    reference test it changes nothing that can be seen.
-    """
-    share = pack.parallel / pack.series
-    effects: list[AnyEffect] = []
-    for e in pack.effects:
-        if isinstance(e, SeriesResistance):
-            effects.append(SeriesResistance(resistance_ohm=e.resistance_ohm * share))
-        elif isinstance(e, Sei):
-            film = e.strength * e.resistivity_ohm_m * e.initial_thickness_m
-            effects.append(FilmResistance(negative_ohm_m2=film))
-        elif not isinstance(e, AGEING):
-            effects.append(e)
-    capacity_C = None if pack.capacity_C is None else pack.capacity_C / pack.parallel
-    return replace(pack, series=1, parallel=1, capacity_C=capacity_C, effects=tuple(effects))
-
-
-def _fillers(pack: Pack) -> FloatArray:
-    """Shares of the electrodes that are neither pore nor active, of the cell as it is given."""
-    p = pack.cell_parameters()
-    solid = (p[f"{s}.specific_area_m2_m3"] * p[f"{s}.particle_radius_m"] / 3 for s in SIDES)
-    pores = (p[f"{s}.porosity"] for s in SIDES)
-    return np.array([1 - a - b for a, b in zip(solid, pores, strict=True)])
-
-
-def _start_names(
-    directions: tuple[str, ...], initial_soc: float
-) -> tuple[tuple[str, ...], FloatArray]:
-    """What the kernel calls each direction, and how much a unit of it moves that.
-
-    The stoichiometry where a test starts is moved by the end of the window that weighs more.
-    """
-    full = initial_soc > 0.5
-    weight = initial_soc if full else 1.0 - initial_soc
-    ends = {
-        START[0]: f"negative.stoichiometry_{'max' if full else 'min'}",
-        START[1]: f"positive.stoichiometry_{'min' if full else 'max'}",
-    }
-    share = [weight if name in ends else 1.0 for name in directions]
-    return tuple(ends.get(name, name) for name in directions), np.array(share)
 
 
 def _workers() -> int:

@@ -19,7 +19,7 @@ from twin.calibrate.answer import Answer, answer
 from twin.calibrate.cell_map import Infeasible
 from twin.calibrate.checks import Fitted, fitted, predicted
 from twin.calibrate.information import Information, information
-from twin.calibrate.objective import Problem, labelled_C
+from twin.calibrate.objective import Problem
 from twin.calibrate.ocp_correction import Correction
 from twin.calibrate.ocp_evidence import demanded
 from twin.calibrate.parameters import EMPTY_ENDS
@@ -27,6 +27,7 @@ from twin.calibrate.polish import Polished, polish
 from twin.calibrate.reference import ReferenceTest, left_unknown
 from twin.calibrate.resample import sampled
 from twin.calibrate.settle import Settled, least_squares, weighed
+from twin.calibrate.single_cell import labelled_C
 from twin.calibrate.table import CalibrationError
 from twin.effects import OF_CELL
 from twin.pack import Pack

@@ -1,0 +1,45 @@
+"""One cell of a pack, as reference tests have it."""
+
+from dataclasses import replace
+
+import numpy as np
+import numpy.typing as npt
+
+from twin.calibrate.cell_map import SIDES
+from twin.effects import AGEING, AnyEffect, FilmResistance, Sei, SeriesResistance
+from twin.pack import Pack
+
+FloatArray = npt.NDArray[np.float64]
+
+
+def labelled_C(pack: Pack) -> float:
+    """Capacity of one cell of `pack` as it is labelled."""
+    return pack.scale * pack.cell.nominal_capacity_C
+
+
+def single_cell(pack: Pack) -> Pack:
+    """The mean cell of `pack` alone, its share of a resistance in series in it, without ageing.
+
+    Of what ages only the resistance of the first film remains: the rest takes many cycles, in a
+    reference test it changes nothing that can be seen.
+    """
+    share = pack.parallel / pack.series
+    effects: list[AnyEffect] = []
+    for e in pack.effects:
+        if isinstance(e, SeriesResistance):
+            effects.append(SeriesResistance(resistance_ohm=e.resistance_ohm * share))
+        elif isinstance(e, Sei):
+            film = e.strength * e.resistivity_ohm_m * e.initial_thickness_m
+            effects.append(FilmResistance(negative_ohm_m2=film))
+        elif not isinstance(e, AGEING):
+            effects.append(e)
+    capacity_C = None if pack.capacity_C is None else pack.capacity_C / pack.parallel
+    return replace(pack, series=1, parallel=1, capacity_C=capacity_C, effects=tuple(effects))
+
+
+def filler_shares(pack: Pack) -> FloatArray:
+    """(2,) of the electrodes, neither pore nor active material, of the cell as it is given."""
+    p = pack.cell_parameters()
+    solid = (p[f"{s}.specific_area_m2_m3"] * p[f"{s}.particle_radius_m"] / 3 for s in SIDES)
+    pores = (p[f"{s}.porosity"] for s in SIDES)
+    return np.array([1 - a - b for a, b in zip(solid, pores, strict=True)])
