@@ -112,7 +112,7 @@ def models(
     for size in range(2, most_effects + 1):
         looked.together(size)
     looked.in_place()
-    return _judged(looked.done.values())
+    return judged(looked.done.values())
 
 
 class _Looked:
@@ -153,7 +153,7 @@ class _Looked:
         Asked again of a better one that this finds.
         """
         asked: set[tuple[str, ...]] = set()
-        while (best := _judged(self.done.values())[0].fitted).ids not in asked:
+        while (best := judged(self.done.values())[0].fitted).ids not in asked:
             asked.add(best.ids)
             for rest in combinations(best.problem.hypotheses, max(len(best.ids) - 1, 0)):
                 base = self._fitted(rest, best)
@@ -212,7 +212,8 @@ def scale_of(fits: Iterable[Fitted]) -> float:
     return max(1.0, min(f.excess for f in fits))
 
 
-def _judged(fits: Iterable[Fitted]) -> tuple[Model, ...]:
+def judged(fits: Iterable[Fitted]) -> tuple[Model, ...]:
+    """With their evidence and probabilities beside each other, the most probable first."""
     whole = list(fits)
     scale = scale_of(whole)
     logs = np.array([f.log_evidence(scale) + len(f.ids) * np.log(PRIOR) for f in whole])

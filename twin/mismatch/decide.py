@@ -2,11 +2,11 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from math import sqrt
+from math import hypot, sqrt
 
 import numpy as np
 
-from twin.mismatch.choose import ALIKE, NEARLY_ALL, Model
+from twin.mismatch.choose import ALIKE, NEARLY_ALL, Model, judged, scale_of
 from twin.mismatch.finding import Candidate, NamedEffect, Value, Verdict
 from twin.mismatch.fit import Fitted
 from twin.mismatch.hypothesis import Hypothesis
@@ -55,17 +55,22 @@ def decide(
         models: with the one that leaves nothing out among them.
         scale: by which variances exceed what was expected.
         noise_V: white noise of the held-out recordings.
-        stated_V: error of the twin as whoever calibrated it states it; 0 if nobody did.
+        stated_V: error of the twin as whoever calibrated it states it; 0 if nobody did. An effect
+            has to change the voltage by more, in what is fitted as in what is held out.
     """
     null = next(m for m in models if not m.ids)
-    best = _simplest(models)
-    small = _change_V(best.fitted, null.fitted) < NUMERICS_V * _series(null.fitted)
-    own = _within(null.fitted, stated_V)
+    enough = _enough(models, stated_V, noise_V) if stated_V else ()
+    if enough:
+        models, scale = enough, scale_of(m.fitted for m in enough)
+    best = models[0] if enough else _simplest(models)
+    changes_V = _changes_V(best.fitted, null.fitted)
+    small = max(changes_V) < NUMERICS_V * _series(null.fitted) or min(changes_V) < stated_V
+    own = _within(null.fitted, hypot(stated_V, noise_V)) if stated_V else False
     idle = not best.ids or null.probability > LIKELY or small or own
     if idle or _misleads(best.fitted, null.fitted):
         verdict = Verdict.NONE if white(null.fitted) or own else Verdict.UNKNOWN
         return Decision(verdict=verdict, model=null, effects=())
-    if not white(best.fitted):
+    if not enough and not white(best.fitted):
         within = [m for m in models if m.ids and set(m.ids) <= set(best.ids)]
         within = [m for m in within if nearly(m.fitted, null.fitted, noise_V)]
         if not within:
@@ -77,6 +82,17 @@ def decide(
     )  # fmt: skip
     verdict = Verdict.NAMED if clear else Verdict.AMBIGUOUS
     return Decision(verdict=verdict, model=best, effects=effects)
+
+
+def _enough(models: Sequence[Model], stated_V: float, noise_V: float) -> tuple[Model, ...]:
+    """Those of the fewest effects that leave what a calibrated twin may err by, if there are any.
+
+    Its error is no noise of a known kind: what more effects take from it speaks for none of them.
+    """
+    most_V = hypot(OWN_ERROR * stated_V, noise_V)
+    within = [m.fitted for m in models if m.ids and _within(m.fitted, most_V)]
+    least = min((len(f.ids) for f in within), default=0)
+    return judged(f for f in within if len(f.ids) == least) if within else ()
 
 
 def _simplest(models: Sequence[Model]) -> Model:
@@ -96,7 +112,7 @@ def _simplest(models: Sequence[Model]) -> Model:
 
 def _hardly_less(fitted: Fitted, best: Fitted) -> bool:
     """What `best` says beyond is within the error of the twin, and nothing else is left."""
-    return white(fitted) and _change_V(best, fitted) < TWIN_V * _series(best)
+    return white(fitted) and max(_changes_V(best, fitted)) < TWIN_V * _series(best)
 
 
 def _misleads(fitted: Fitted, null: Fitted) -> bool:
@@ -108,17 +124,17 @@ def _misleads(fitted: Fitted, null: Fitted) -> bool:
 
 
 def _within(fitted: Fitted, most_V: float) -> bool:
-    """All that is missed, fitted or held out, is less: by the stated error there is no effect."""
+    """All that is missed, fitted or held out, is less."""
     return max(fitted.rms_V(), fitted.held_out_rms_V()) < most_V
 
 
-def _change_V(fitted: Fitted, null: Fitted) -> float:
-    """Rms of what a model takes from the residuals, fitted or held out, whichever is more."""
-    squares = [
+def _changes_V(fitted: Fitted, null: Fitted) -> tuple[float, float]:
+    """Rms of what a model takes from the residuals that were fitted, and from those held out."""
+    squares = (
         null.rms_V() ** 2 - fitted.rms_V() ** 2,
         null.held_out_rms_V() ** 2 - fitted.held_out_rms_V() ** 2,
-    ]
-    return float(np.sqrt(max(*squares, 0.0)))
+    )
+    return sqrt(max(squares[0], 0.0)), sqrt(max(squares[1], 0.0))
 
 
 def _series(fitted: Fitted) -> int:
@@ -135,7 +151,7 @@ def nearly(fitted: Fitted, null: Fitted, noise_V: float) -> bool:
     """Little is left on what was not fitted, see NEARLY_ALL, and more than noise could hide."""
     left_V, share = fitted.held_out_rms_V(), NEARLY_ALL / len(fitted.ids)
     little = left_V**2 - noise_V**2 < share * (null.held_out_rms_V() ** 2 - noise_V**2)
-    most_V = max(CELL_V * _series(fitted), OWN_ERROR * fitted.judge.slow_V)
+    most_V = max(CELL_V * _series(fitted), OWN_ERROR * fitted.judge.own_V)
     return little and NOT_NOISE * noise_V < left_V < most_V
 
 

@@ -2,16 +2,17 @@
 
 What differs by chance: white noise of the voltage (with its steps, and the current's noise through
 the resistance), estimated from the recording. What differs without meaning: the twin is never
-exact; its own error wanders slowly. Both together are an ARMA(1, 1) process; its inverse filter
-turns residuals into numbers that are independent and have variance 1 if nothing else is in them.
+exact; its own error wanders slowly, and of a calibrated twin a share of it is one of losses, which
+follows the current. Filtered by what is known of both, residuals become numbers that are
+independent and have variance 1 if nothing else is in them.
 
-Source of the filter: the Kalman filter of an Ornstein-Uhlenbeck process seen in white noise, which
-knows nothing before the first sample but how far that process wanders, and in a gap forgets as that
-does (Anderson, Moore, Optimal Filtering, 1979, chapter 4).
+Source of the filter: the Kalman filter of Ornstein-Uhlenbeck processes seen in white noise, which
+knows nothing before the first sample but how far they wander, and in a gap forgets as they do
+(Anderson, Moore, Optimal Filtering, 1979, chapter 4).
 """
 
 from dataclasses import dataclass
-from math import sqrt
+from math import hypot, sqrt
 
 import numpy as np
 import numpy.typing as npt
@@ -35,11 +36,18 @@ class Noise:
         white_V: standard deviation from sample to sample.
         slow_V: of the twin's own error.
         slow_s: time over which that forgets.
+        along_V: of that in proportion to the current, where it is as large as its rms.
     """
 
     white_V: float
     slow_V: float
     slow_s: float
+    along_V: float = 0.0
+
+    @property
+    def own_V(self) -> float:
+        """The twin's own error, both parts."""
+        return hypot(self.slow_V, self.along_V)
 
 
 def white_V(residual_V: FloatArray, current_A: FloatArray, period_s: float) -> float:
@@ -95,48 +103,75 @@ class Whitener:
     Attributes:
         samples: (m,) which samples of the recording these are.
         noise: what is expected.
-        keep: (m - 1,) share of the slow part that the next of them still has.
-        predicted_V2: (m,) variance of the slow part before each is seen.
+        bands: (4, 3 m) of the filter, see `_bands`.
+        deviation_V: (m,) of each sample, by those before it.
     """
 
     samples: npt.NDArray[np.int64]
     noise: Noise
-    keep: FloatArray
-    predicted_V2: FloatArray
+    bands: FloatArray
+    deviation_V: FloatArray
 
     def __call__(self, columns: FloatArray) -> FloatArray:
-        """(m, k) whitened, of (n, k): the judged samples, in order.
-
-        Innovations e over their deviation,
-        e[n] - keep (1 - gain[n - 1]) e[n - 1] = x[n] - keep x[n - 1], e[0] = x[0].
-        """
+        """(m, k) whitened, of (n, k): the judged samples, in order."""
         x = columns[self.samples]
         if not x.size:
             return x
-        whole = self.predicted_V2 + self.noise.white_V**2
-        made = x.copy()
-        made[1:] -= self.keep[:, None] * x[:-1]
-        bands = np.ones((2, x.shape[0]))
-        bands[1, :-1] = -self.keep * (1.0 - self.predicted_V2 / whole)[:-1]
-        return np.asarray(solve_banded((1, 0), bands, made) / np.sqrt(whole)[:, None])
+        given = np.zeros((3 * x.shape[0], x.shape[1]))
+        given[2::3] = x
+        innovations = solve_banded((3, 0), self.bands, given)[2::3]
+        return np.asarray(innovations / self.deviation_V[:, None])
 
 
-def whitener(time_s: FloatArray, judged: BoolArray, noise: Noise) -> Whitener:
-    """For one recording."""
+def whitener(
+    time_s: FloatArray, judged: BoolArray, noise: Noise, current_A: FloatArray | None = None
+) -> Whitener:
+    """For one recording; `current_A` (n,) where part of the error follows it."""
     samples = np.flatnonzero(judged)
     keep = np.exp(-np.diff(time_s[samples]) / noise.slow_s)
-    return Whitener(samples, noise, keep, _predicted_V2(keep, samples.size, noise))
+    drive = np.zeros(samples.size)
+    if current_A is not None and (rms_A := sqrt(np.mean(current_A[samples] ** 2))) > 0.0:
+        drive = current_A[samples] / rms_A
+    gains, deviation_V = _gains(keep, drive, noise)
+    return Whitener(samples, noise, _bands(keep, drive, gains), deviation_V)
 
 
-def _predicted_V2(keep: FloatArray, count: int, noise: Noise) -> FloatArray:
-    """(count,) Riccati's recursion, from the variance before anything is known."""
-    white, slow = noise.white_V**2, noise.slow_V**2
-    out = np.full(count, slow)
-    now = slow
-    for k, kept in enumerate((keep**2).tolist(), start=1):
-        now = kept * now * white / (now + white) + slow * (1 - kept)
-        out[k] = now
-    return out
+def _gains(keep: FloatArray, drive: FloatArray, noise: Noise) -> tuple[FloatArray, FloatArray]:
+    """(m, 2) of the two parts by an innovation, and its deviation (m,): Riccati's recursion.
+
+    a, b, c: variances of the slow part, of both together and of the one along the current, before a
+    sample is seen; each returns to what it is when nothing is known.
+    """
+    a0, c0, white = noise.slow_V**2, noise.along_V**2, noise.white_V**2
+    a, b, c = a0, 0.0, c0
+    gains, variance = np.empty((drive.size, 2)), np.empty(drive.size)
+    kept2 = [*(keep**2).tolist(), 0.0]
+    for k, h in enumerate(drive.tolist()):
+        slow, along = a + h * b, b + h * c
+        whole = slow + h * along + white
+        variance[k] = whole
+        gains[k] = slow / whole, along / whole
+        k2 = kept2[k]
+        a = k2 * (a - slow * slow / whole) + (1 - k2) * a0
+        b = k2 * (b - slow * along / whole)
+        c = k2 * (c - along * along / whole) + (1 - k2) * c0
+    return gains, np.sqrt(variance)
+
+
+def _bands(keep: FloatArray, drive: FloatArray, gains: FloatArray) -> FloatArray:
+    """(4, 3 m): the filter as equations, one after the other; row j is j below the diagonal.
+
+    For each sample x in turn: what is expected of the slow part s and of the one along the current
+    l, and the innovation e,
+    s[n] = keep (s[n-1] + gain_s e[n-1]), l[n] = keep (l[n-1] + gain_l e[n-1]),
+    e[n] = x[n] - s[n] - drive[n] l[n].
+    """
+    bands = np.zeros((4, 3 * drive.size))
+    bands[0] = 1.0
+    bands[2, 0::3], bands[1, 1::3] = 1.0, drive
+    bands[3, 0:-3:3] = bands[3, 1:-3:3] = -keep
+    bands[1, 2:-3:3], bands[2, 2:-3:3] = -keep * gains[:-1].T
+    return bands
 
 
 def correlation_time(whitened: FloatArray) -> float:

@@ -78,9 +78,9 @@ class Problem:
         return len(self._terms) + len(self.flights)
 
     @property
-    def slow_V(self) -> float:
+    def own_V(self) -> float:
         """The twin's own error, as it is taken to be in the recordings."""
-        return max((w.noise.slow_V for w in self._whiteners), default=0.0)
+        return max((w.noise.own_V for w in self._whiteners), default=0.0)
 
     @property
     def bounds(self) -> tuple[FloatArray, FloatArray]:

@@ -20,6 +20,7 @@ class Fit:
     fitted_V: float
     ahead_V: float
     excess: float = 1.0
+    evidence: float = 0.0
     q: Any = field(default_factory=lambda: np.zeros(1))
     problem: Any = field(default_factory=lambda: SimpleNamespace(hypotheses=()))
     there: Any = field(default_factory=lambda: SimpleNamespace(residuals=np.zeros(1000)))
@@ -29,6 +30,9 @@ class Fit:
             flights=[SimpleNamespace(pack=SimpleNamespace(series=1))]
         )
     )
+
+    def log_evidence(self, scale: float) -> float:
+        return self.evidence / scale
 
     def rms_V(self) -> float:
         return self.fitted_V
@@ -51,18 +55,40 @@ def test_what_predicts_worse_than_nothing_is_not_named(excess: float, verdict: V
 
 
 @pytest.mark.parametrize(
-    ("stated_V", "ahead_V", "verdict"),
+    ("stated_V", "fitted_V", "ahead_V", "verdict"),
     [
-        (0.025, 0.019, Verdict.NONE),
-        (0.020, 0.019, Verdict.NAMED),  # more of what was fitted
-        (0.025, 0.050, Verdict.NAMED),  # of what was held out
-        (0.0, 0.019, Verdict.NAMED),  # nobody stated one
+        (0.025, 0.024, 0.019, Verdict.NONE),
+        (0.025, 0.024, 0.050, Verdict.UNKNOWN),  # of what was held out it explains more
+        (0.025, 0.050, 0.024, Verdict.UNKNOWN),  # of what was fitted
+        (0.025, 0.050, 0.050, Verdict.NAMED),
+        (0.0, 0.024, 0.019, Verdict.NAMED),  # nobody stated one
     ],
 )
 def test_what_the_twin_is_stated_to_err_by_has_no_name(
-    stated_V: float, ahead_V: float, verdict: Verdict
+    stated_V: float, fitted_V: float, ahead_V: float, verdict: Verdict
 ) -> None:
-    null = model(Fit((), 0.024, ahead_V, excess=50.0), 0.0, 1e-9)
+    null = model(Fit((), fitted_V, ahead_V, excess=50.0), 0.0, 1e-9)
     better = model(Fit(("self_heating",), 0.006, 0.010), 20.0, 1.0)
     found = decide([better, null], 1.0, 0.0004, stated_V=stated_V)
     assert found.verdict is verdict
+
+
+@pytest.mark.parametrize(
+    ("stated_V", "alone_V", "ids"),
+    [
+        (0.020, 0.035, ("self_heating",)),
+        (0.015, 0.035, ("ocv_hysteresis", "self_heating")),  # more than twice of it is left
+        (0.0, 0.035, ("ocv_hysteresis", "self_heating")),
+    ],
+)
+def test_beside_an_effect_that_leaves_what_the_twin_may_err_by_no_other_is_named(
+    stated_V: float, alone_V: float, ids: tuple[str, ...]
+) -> None:
+    null = model(Fit((), 0.1, 0.1, excess=500.0, evidence=-900.0), -900.0, 0.0)
+    alone = model(Fit(("self_heating",), 0.03, alone_V, excess=9.0, evidence=-90.0), -90.0, 1e-9)
+    worse = model(
+        Fit(("film_resistance",), 0.03, alone_V, excess=20.0, evidence=-200.0), -200.0, 0.0
+    )
+    pair = model(Fit(("ocv_hysteresis", "self_heating"), 0.003, 0.003), 0.0, 1.0)
+    found = decide([pair, alone, worse, null], 1.0, 0.0004, stated_V=stated_V)
+    assert found.model.ids == ids

@@ -68,14 +68,18 @@ def test_a_long_gap_begins_anew_and_a_short_one_does_not(random: np.random.Gener
         assert (np.abs(both[100:] - late).max() < 1e-9) == anew
 
 
-def test_uneven_samples_are_freed_as_even_ones(random: np.random.Generator) -> None:
-    """Covariance of the process at any times, by its Cholesky factor: exact."""
-    noise = Noise(white_V=2e-3, slow_V=20e-3, slow_s=200.0)
+@pytest.mark.parametrize("along_V", [0.0, 30e-3])
+def test_uneven_samples_are_freed_as_even_ones(random: np.random.Generator, along_V: float) -> None:
+    """Covariance of the process at any times and currents, by its Cholesky factor: exact."""
+    noise = Noise(white_V=2e-3, slow_V=20e-3, slow_s=200.0, along_V=along_V)
     time_s = np.cumsum(random.choice([0.5, 5.0, 60.0, 600.0], 60)).astype(np.float64)
-    covariance = noise.slow_V**2 * np.exp(-np.abs(time_s[:, None] - time_s) / noise.slow_s)
+    current_A = random.normal(10.0, 20.0, 60)
+    drive = current_A / np.sqrt(np.mean(current_A**2))
+    covariance = noise.slow_V**2 + along_V**2 * drive[:, None] * drive
+    covariance *= np.exp(-np.abs(time_s[:, None] - time_s) / noise.slow_s)
     covariance += noise.white_V**2 * np.eye(time_s.size)
     root = np.linalg.cholesky(covariance).astype(np.float64)
-    freed = whitener(time_s, np.ones(60, dtype=bool), noise)(root)
+    freed = whitener(time_s, np.ones(60, dtype=bool), noise, current_A)(root)
     assert np.abs(freed @ freed.T - np.eye(60)).max() < 1e-9
 
 
