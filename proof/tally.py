@@ -96,6 +96,11 @@ def real_effect(trial: Judged) -> bool:
     return recorded(trial) and not control(trial)
 
 
+def above(trial: Judged) -> bool:
+    """Of these, what changes the voltage by as much as the calibrated twin errs, or more."""
+    return real_effect(trial) and trial.truth.strength >= 1.0
+
+
 def of_kind(kind: str, also: Callable[[Judged], bool] = lambda _: True) -> Callable[[Judged], bool]:
     """Trials of one kind, for which `also` holds."""
     return lambda trial: trial.truth.kind == kind and also(trial)
@@ -109,6 +114,7 @@ CLASSES: tuple[tuple[str, str, Callable[[Judged], bool]], ...] = (
     ("weak", f"simulated, effect below {STRONG:.0f} × noise", weak),
     ("control", "simulated, nothing in it", of_kind("control")),
     ("real", "recorded, something in it", real_effect),
+    ("real above", "of these: at the error of the calibrated twin or above", above),
     *(
         (kind, f"of these: {kind}", of_kind(kind))
         for kind in RECORDED

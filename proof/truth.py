@@ -48,9 +48,9 @@ class Truth:
             One is enough; it may be among the equivalents of what was named.
         also: ids that may be named beside, since they come with it (resistance with age).
         forbidden: ids that may not be named, whatever else is.
-        strength: rms by which the twin misses the fitted recordings over what it would miss them
-            by without the effect (the noise, and its own error).
-        floor_V: that.
+        strength: rms by which the effect changes the voltage of the fitted recordings, over
+            `floor_V`. Where no twin has the effect (age, transport): rms by which they are missed.
+        floor_V: noise; of a real cell the error of its calibrated twin.
         numbers: true values.
         channels: revealed afterwards.
         capacity_C: of the pack, measured after the recordings; None if it is not what is concealed.

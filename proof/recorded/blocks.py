@@ -105,18 +105,18 @@ class Fitted:
 
     def error_V(self, part: Part, current_A: FloatArray) -> float:
         """Recorded minus simulated, rms."""
-        return float(np.sqrt(np.nanmean(self._residual_V(part, current_A) ** 2)))
+        return float(np.sqrt(np.nanmean(self.residual_V(part, current_A) ** 2)))
 
     def floor_V(self) -> float:
         """Error of the twin where it was not fitted: rms of means over MEAN_S, free of noise."""
-        r = self._residual_V(Part.FLOOR, self.run.current_A)
+        r = self.residual_V(Part.FLOOR, self.run.current_A)
         own = np.isfinite(r)
         span = (self.run.time_s[own] // MEAN_S).astype(int)
         means = np.bincount(span, r[own])[np.unique(span)] / np.bincount(span)[np.unique(span)]
         return float(np.sqrt(np.mean(means**2)))
 
-    def _residual_V(self, part: Part, current_A: FloatArray) -> FloatArray:
-        """(n,) NaN elsewhere; where the simulation ended as at its end."""
+    def residual_V(self, part: Part, current_A: FloatArray) -> FloatArray:
+        """(n,) recorded minus simulated, NaN elsewhere; where that ended as at its end."""
         return np.asarray(self.run.part(part) - whole_V(self.pack, self.load(current_A)))
 
 

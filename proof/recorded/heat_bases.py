@@ -1,7 +1,10 @@
 """What each cell of `heat_list` is calibrated from, and its recordings.
 
 A base sees whatever was recorded of its cell but what its trial is about: rates and temperatures
-beyond those of the trial too, with the temperature that was measured there.
+beyond those of the trial too, with the temperature that was measured there. Of all discharges but
+the slowest, what is given to a base or in a trial is what a flight uses: all but the last of the
+charge (FLOWN). There the voltage falls by a volt within minutes, at a time set by a percent of
+capacity; a twin that errs by 20 mV before misses 50 to 130 over the whole.
 
 A cell's heat capacity is its mass times the specific heat of its kind: 830 J/(kg K) NCA, 1040 NMC,
 both of these in one can 935 (batterydesign.net, Specific Heat Capacity of Lithium Ion Cells, after
@@ -31,16 +34,18 @@ from proof.recorded.measured import (
     recording,
 )
 from proof.recorded.replay import answer, errors
-from proof.recorded.thinned import binned, every, spaced
+from proof.recorded.thinned import binned, every, spaced, until
 from twin.builtin import load_cell
 from twin.pack import Pack
 
 Recordings = Mapping[str, Callable[[Path], RealTest]]
 
+FLOWN = 0.9  # of the charge of a discharge
 STEP_S = 5.0  # between samples of a steady discharge
 DRIVE_S = 2.0  # of a drive cycle: means over as long
 PULSED_S, PULSE_S = 4 * 3600.0, 10.0  # of pulses are given, so far apart
 DRIVEN_S = 2700.0  # of it are given, so that a verdict takes a minute or two
+DRIVEN = 0.6  # of the charge of a test, which is drawn in that time
 AGAIN_1C = "03-10-17_23.36_3349_Dis1C_2.mat"
 LATE_V, LATE_A = 0.05, 1.0  # of a sample in which the voltage fell, and the current did not rise
 SHORT_PULSES = (
@@ -117,11 +122,15 @@ def _samsung(folder: Path, concealed: Collection[str], cell: str = "S001") -> Gi
     Its own error: at 1C of the other of the two.
     """
     slow = samsung.read(folder, "C10")
-    unseen = (samsung.read(folder, "1C", "S002" if cell == "S001" else "S001"),)
-    fast = (samsung.read(folder, n, cell) for n in ("2C", "3C", "4C") if n not in concealed)
-    tests = (slow, samsung.read(folder, "1C", cell), samsung.pulses(folder), *fast)
+    unseen = (_samsung_test(folder, "1C", "S002" if cell == "S001" else "S001"),)
+    fast = (_samsung_test(folder, n, cell) for n in ("2C", "3C", "4C") if n not in concealed)
+    tests = (slow, _samsung_test(folder, "1C", cell), samsung.pulses(folder), *fast)
     start = _thinner(_scaled(slow), POWER)
     return Given(start=start, tests=tests, unseen=unseen, body=SAMSUNG)
+
+
+def _samsung_test(folder: Path, name: str, cell: str) -> RealTest:
+    return until(samsung.read(folder, name, cell), FLOWN)
 
 
 def _samsung_slow(folder: Path, concealed: Collection[str]) -> Given:
@@ -139,15 +148,15 @@ def _lg_m50(folder: Path, concealed: Collection[str]) -> Given:
     short = (_felt(lg_m50.pulse(pulses, tenths, slow)) for tenths in lg_m50.PULSED)
     hidden = (*concealed, "2C 0 degC", "2C 10 degC")
     others = (read(folder) for name, read in _lg_m50s().items() if name not in hidden)
-    start, cold = Pack(cell=load_cell("lg_m50")), lg_m50.rate(rates, 0, "0.5C")
-    half = lg_m50.rate(rates, 25, "0.5C")
+    start = Pack(cell=load_cell("lg_m50"))
+    half, cold = (until(lg_m50.rate(rates, degrees, "0.5C"), FLOWN) for degrees in (25, 0))
     return Given(start=start, tests=(slow, half, *short, *others), unseen=(cold,), body=LG_M50)
 
 
 def _lg_m50_2(folder: Path, concealed: Collection[str]) -> Given:
     """The others' tests, but what was drawn as fast and as cold; and cell 786 at 25 degC."""
     same = {name.split(",")[0] for name in concealed}
-    own = lg_m50.other(folder, 786, "0.5C", 25)
+    own = _lg_m50_other(folder, 786, "0.5C", 25)
     given = _lg_m50(folder, same)
     slow, _, *others = given.tests
     return replace(given, tests=(slow, own, *others))
@@ -176,28 +185,38 @@ def _kept(test: RealTest, keep: npt.NDArray[np.bool_]) -> RealTest:
 
 
 def _panasonic(folder: Path, concealed: Collection[str]) -> Given:  # noqa: ARG001
-    """Every third stretch of the pulses at 25 degC, and of those at 0 degC; from full to empty.
+    """C/20, and of the others the charge that the trials use.
 
-    Its own error: at 1C on another day, and in the stretches that follow those.
+    Every third stretch of the pulses at 25 degC, and of those at 0 degC. Its own error: at 1C on
+    another day, and in the stretches that follow those.
     """
     given = _panasonic_slow(folder, ())
-    one = discharge_of(panasonic.read(folder, panasonic.ONE_C, "1C 25 degC")[0])
-    again = discharge_of(panasonic.read(folder, AGAIN_1C, "1C 25 degC, again")[0])
-    cold = recorded_parts(panasonic.pulses(folder, 0))
+    one, again = (_panasonic_1c(folder, file) for file in (panasonic.ONE_C, AGAIN_1C))
+    warm, cold = (_panasonic_pulses(folder, degrees) for degrees in (25, 0))
     slow, *short = given.tests
     return replace(
         given, tests=(slow, one, *short, *cold[::3]), only=None,
-        unseen=(again, *recorded_parts(panasonic.pulses(folder))[1::3], *cold[1::3]),
+        unseen=(again, *warm[1::3], *cold[1::3]),
     )  # fmt: skip
 
 
 def _panasonic_slow(folder: Path, concealed: Collection[str]) -> Given:  # noqa: ARG001
     slow = discharge_of(panasonic.read(folder, panasonic.SLOW, "C/20 25 degC")[0])
-    one = discharge_of(panasonic.read(folder, panasonic.ONE_C, "1C 25 degC")[0])
-    short = recorded_parts(panasonic.pulses(folder))[::3]
+    one = _panasonic_1c(folder, panasonic.ONE_C)
+    short = _panasonic_pulses(folder, 25)[::3]
     return Given(
         start=_scaled(slow), tests=(slow, *short), unseen=(one,), body=PANASONIC, only=SHORT_PULSES
     )
+
+
+def _panasonic_1c(folder: Path, file: str) -> RealTest:
+    return until(discharge_of(panasonic.read(folder, file, f"1C 25 degC, {file[:8]}")[0]), DRIVEN)
+
+
+def _panasonic_pulses(folder: Path, degrees: int) -> tuple[RealTest, ...]:
+    """Stretches that begin before so much was drawn."""
+    whole = panasonic.pulses(folder, degrees)
+    return recorded_parts(until(whole, DRIVEN))
 
 
 def _melasta(folder: Path, concealed: Collection[str]) -> Given:
@@ -210,17 +229,22 @@ def _melasta(folder: Path, concealed: Collection[str]) -> Given:
 
 def _melasta_test(folder: Path, name: str) -> RealTest:
     """The first sample, logged as the current was switched on, has the voltage of the rest."""
-    test = melasta.tests(folder)[name]
-    return replace(test, current_A=np.concatenate([[0.0], test.current_A[1:]]))
+    whole = melasta.tests(folder)[name]
+    test = replace(whole, current_A=np.concatenate([[0.0], whole.current_A[1:]]))
+    return test if name == "C/10" else until(test, FLOWN)
 
 
 def _leaf(folder: Path, concealed: Collection[str]) -> Given:
     pulses = leaf_cell.pulses(folder)
-    fast = (leaf_cell.discharge(folder, k) for k in (2, 3) if f"{k}C" not in concealed)
-    tests = (pulses, leaf_cell.discharge(folder, 1), *fast)
+    fast = (_leaf_test(folder, k) for k in (2, 3) if f"{k}C" not in concealed)
+    tests = (until(pulses, FLOWN), _leaf_test(folder, 1), *fast)
     start = _thinner(leaf_cell.start_cell(pulses), POWER)
-    again = leaf_cell.one_of_several(folder, 1, 1)
+    again = until(leaf_cell.one_of_several(folder, 1, 1), FLOWN)
     return Given(start=start, tests=tests, unseen=(again,), body=LEAF)
+
+
+def _leaf_test(folder: Path, times: int) -> RealTest:
+    return until(leaf_cell.discharge(folder, times), FLOWN)
 
 
 def _slow(given: Given) -> Given:
@@ -253,7 +277,7 @@ def _published(
 
 
 def _samsungs(cell: str) -> Recordings:
-    return {name: partial(samsung.read, name=name, cell=cell) for name in ("2C", "3C", "4C")}
+    return {name: partial(_samsung_test, name=name, cell=cell) for name in ("2C", "3C", "4C")}
 
 
 def _lg_m50s() -> Recordings:
@@ -261,7 +285,7 @@ def _lg_m50s() -> Recordings:
 
     def read(folder: Path, name: str, degrees: int) -> RealTest:
         raw = matlab(recording(folder, lg_m50.RATES))
-        return lg_m50.rate(raw, degrees, name)
+        return until(lg_m50.rate(raw, degrees, name), FLOWN)
 
     return {
         f"{name} {degrees} degC": partial(read, name=name, degrees=degrees)
@@ -273,12 +297,16 @@ def _lg_m50_others() -> Recordings:
     """Of cells 786 and 796; 0.5C was drawn twice."""
     half = {
         f"0.5C {degrees} degC, {which + 1}": partial(
-            lg_m50.other, cell=786, name="0.5C", degrees=degrees, which=which
+            _lg_m50_other, cell=786, name="0.5C", degrees=degrees, which=which
         )
         for degrees in (0, 10)
         for which in (0, 1)
     }
-    return {**half, "2C 25 degC": partial(lg_m50.other, cell=796, name="2C", degrees=25)}
+    return {**half, "2C 25 degC": partial(_lg_m50_other, cell=796, name="2C", degrees=25)}
+
+
+def _lg_m50_other(folder: Path, cell: int, name: str, degrees: int, which: int = 0) -> RealTest:
+    return until(lg_m50.other(folder, cell, name, degrees, which), FLOWN)
 
 
 def _panasonics() -> Recordings:
@@ -298,7 +326,7 @@ def _melastas() -> Recordings:
 
 
 def _leafs() -> Recordings:
-    fast = {f"{k}C": partial(leaf_cell.discharge, times=k) for k in (2, 3)}
+    fast = {f"{k}C": partial(_leaf_test, times=k) for k in (2, 3)}
     pulsed = {f"pulses {d} degC": partial(leaf_cell.pulses, degrees=d) for d in (10, 40)}
     return {**fast, **pulsed}
 

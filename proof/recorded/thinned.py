@@ -1,4 +1,7 @@
-"""Recordings with fewer samples, since a verdict simulates each of them thousands of times."""
+"""Recordings as they are given: up to where a flight ends, and with fewer samples.
+
+Fewer, since a verdict simulates each of them thousands of times.
+"""
 
 from dataclasses import replace
 
@@ -10,6 +13,11 @@ from proof.recorded.measured import RealTest
 FloatArray = npt.NDArray[np.float64]
 
 FLOWS = 0.5  # of the largest current: the discharge has begun
+
+
+def until(test: RealTest, share: float) -> RealTest:
+    """Up to that share of the charge that it drew in all."""
+    return test.part(slice(0, int(np.searchsorted(test.drawn_C, share * test.drawn_C[-1])) + 1))
 
 
 def every(test: RealTest, step_s: float) -> RealTest:

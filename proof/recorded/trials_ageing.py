@@ -77,7 +77,7 @@ def _made(ages: tuple[int, int], folder: Path, cache: Path) -> tuple[Question, T
         verdicts=("named",),
         effects=(LOSSES,),
         also=(*LOSSES, *WITH_AGE),
-        strength=missed_V / new_V,
+        strength=missed_V / floor_V,
         floor_V=floor_V,
         capacity_C=float(later.drawn_C[-1]),
         details={

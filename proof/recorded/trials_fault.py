@@ -112,13 +112,16 @@ def _truth(fault: Fault, base: Fitted, wrong_A: FloatArray) -> Truth:
         base.error_V(Part.FITTED, amperes) for amperes in (wrong_A, base.run.current_A)
     )
     floor_V = base.floor_V()
+    change_V = base.residual_V(Part.FITTED, wrong_A) - base.residual_V(
+        Part.FITTED, base.run.current_A
+    )
     name, value, unit = number(fault)
     return Truth(
         kind="fault",
         said=f"the current was recorded with {fault.effect} {fault.size:+g}: {name} {value:.4g}",
         verdicts=("named",),
         effects=((fault.effect,),),
-        strength=with_V / without_V,
+        strength=float(np.sqrt(np.nanmean(change_V**2))) / floor_V,
         floor_V=floor_V,
         numbers=(Number(effect=fault.effect, name=name, value=value, unit=unit),),
         details={

@@ -13,6 +13,7 @@ from proof.recorded.base import Base, start_soc
 from proof.recorded.heat_bases import CELLS
 from proof.recorded.heat_list import ENTRIES, Entry, Kind
 from proof.recorded.measured import NotHere, RealTest
+from proof.recorded.replay import whole_V
 from proof.recorded.trials_ageing import LOSSES, WITH_AGE
 from proof.trial import NoTrial, Trial
 from proof.truth import Channel, Truth
@@ -64,13 +65,12 @@ def _made(entry: Entry, folder: Path, cache: Path) -> tuple[Question, Truth]:
     thin = [material.thin(test) for test in tests]
     soc = start_soc(base.pack.cell, tests[0], base.full_soc) if material.rests else base.full_soc
     question = _question(entry, base, soc, thin)
-    return question, _truth(entry, question, thin)
+    return question, _truth(entry, question, thin, shows_V(entry, question, base, thin[0]))
 
 
 def _question(entry: Entry, base: Base, soc: float, tests: Sequence[RealTest]) -> Question:
     """Recordings are called by their place; all start as the first one did."""
-    first = tests[0]
-    told_K = first.start_K(base.pack.initial_K)
+    told_K = tests[0].start_K(base.pack.initial_K)
     if entry.told_C is not None:
         told_K = entry.told_C + ZERO_CELSIUS_K
     heats = entry.kind in (Kind.MISSTATED, Kind.TRANSPORT)
@@ -93,14 +93,29 @@ def name_of(place: int) -> str:
     return f"recording-{place + 1}"
 
 
-def _truth(entry: Entry, question: Question, tests: Sequence[RealTest]) -> Truth:
+def shows_V(entry: Entry, question: Question, base: Base, fitted: RealTest) -> float:
+    """Rms by which the concealed temperature changes the voltage of the fitted recording.
+
+    By the base twin: as given, and with its own losses from the temperature that was measured at
+    the start. Where no temperature is concealed: what the twin as given misses.
+    """
+    if entry.kind not in (Kind.ISOTHERMAL, Kind.MISSTATED):
+        return missed_V(question)
+    start_K = fitted.start_K(base.pack.initial_K)
+    there = replace(base.heated(), initial_soc=question.pack.initial_soc, initial_K=start_K)
+    given = question.load(question.fitted[0])
+    change_V = whole_V(there, replace(given, ambient_K=start_K)) - whole_V(question.pack, given)
+    return float(np.sqrt(np.mean(change_V**2)))
+
+
+def _truth(entry: Entry, question: Question, tests: Sequence[RealTest], shown_V: float) -> Truth:
     floor_V = float(question.floor_V or 0.0)
     return Truth(
         kind=KINDS[entry.kind],
         said=f"{SAID[entry.kind]} ({CELLS[entry.cell].source})",
         verdicts=VERDICTS.get(entry.kind, ("named",)),
         effects=EFFECTS[entry.kind],
-        strength=missed_V(question) / floor_V,
+        strength=shown_V / floor_V,
         floor_V=floor_V,
         also=(*LOSSES, *WITH_AGE) if entry.aged else (),
         forbidden=("self_heating",) if entry.kind is Kind.CONTROL else (),
@@ -109,7 +124,10 @@ def _truth(entry: Entry, question: Question, tests: Sequence[RealTest]) -> Truth
             for k, t in enumerate(tests)
             if t.temperature_K is not None
         ),
-        details={f"recording {k + 1}": t.name for k, t in enumerate(tests)},
+        details={
+            **{f"recording {k + 1}": t.name for k, t in enumerate(tests)},
+            "missed by the twin as given, V rms": missed_V(question),
+        },
     )
 
 

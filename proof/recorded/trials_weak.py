@@ -159,16 +159,19 @@ def _truth(
         name="pack", time_s=cells.time_s, current_A=cells.current_A, voltage_V=cells.voltage_V
     )
     spread_V = np.ptp(cells.cell_voltage_V, axis=1)
+    usual_V = np.median(cells.cell_voltage_V, axis=1)
+    lacks_V = cells.voltage_V - cells.cell_voltage_V.shape[1] * usual_V
     return Truth(
         kind="weak cell",
         said=said,
         verdicts=verdicts,
-        strength=missed(pack, whole) / floor_V,
+        strength=float(np.sqrt(np.mean(lacks_V**2))) / floor_V,
         floor_V=floor_V,
         channels=(channel,),
         details={
             "largest spread of the cells, V": float(spread_V.max()),
             "mean spread, V": float(spread_V.mean()),
+            "missed by the twin as given, V rms": missed(pack, whole),
         },
         **more,
     )

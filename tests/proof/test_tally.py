@@ -52,6 +52,16 @@ def test_every_trial_is_in_one_class_that_holds_no_other() -> None:
     assert sum(parts) == sum(map(strong, trials))
 
 
+def test_of_real_effects_those_as_large_as_the_error_of_the_twin_are_counted_by_themselves() -> (
+    None
+):
+    one = judged(1, truth("temperature", "", "cold_pack", strength=1.0), Outcome.RIGHT, "named")
+    below = replace(one, truth=replace(one.truth, strength=0.99))
+    control = replace(one, truth=replace(one.truth, kind="real control"))
+    counted = {t.id: t.right.of for t in by_class([one, below, control])}
+    assert (counted["real"], counted["real above"]) == (2, 1)
+
+
 def test_an_effect_at_the_limit_is_strong_and_one_without_a_strength_is_not() -> None:
     at = judged(1, truth("single", "", "leakage", strength=3.0), Outcome.RIGHT, "none")
     below = replace(at, truth=replace(at.truth, strength=2.99))

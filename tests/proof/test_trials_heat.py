@@ -10,7 +10,7 @@ from proof.recorded.base import charged_to, rest_soc
 from proof.recorded.heat_bases import CELLS
 from proof.recorded.heat_list import ENTRIES, Kind
 from proof.recorded.measured import NotHere, RealTest
-from proof.recorded.thinned import binned, every, spaced
+from proof.recorded.thinned import binned, every, spaced, until
 from proof.recorded.trials_heat import EFFECTS, KINDS, heat_trials
 from proof.trial import NoTrial
 from proof.truth import RECORDED
@@ -59,6 +59,14 @@ def test_a_thinned_discharge_begins_under_load_and_ends_where_it_did() -> None:
     assert thin.time_s[0] == 0.0
     assert thin.time_s[-1] == 599.0 - 599.0 % 5.0
     assert np.diff(thin.time_s).max() == 5.0
+
+
+def test_a_discharge_that_is_cut_has_drawn_that_share_of_its_charge() -> None:
+    whole = steady()
+    cut = until(whole, 0.9)
+    assert cut.drawn_C[-1] == pytest.approx(0.9 * whole.drawn_C[-1], abs=2.0)
+    assert cut.drawn_C[-1] >= 0.9 * whole.drawn_C[-1]
+    assert cut.voltage_V.tolist() == whole.voltage_V[: cut.time_s.size].tolist()
 
 
 def test_means_keep_the_charge() -> None:
