@@ -221,8 +221,9 @@ def calibrate(**options: object) -> None:
     "--floor-mv",
     type=click.FloatRange(min=0.0, min_open=True),
     metavar="MV",
-    help="The twin's own error, rms of the pack's voltage in tests it was not fitted to: less than "
-    "that is not to be explained. By itself that of its numerics.",
+    help="The twin's own error, rms of the pack's voltage in tests it was not fitted to. An effect "
+    "has to change the voltage by more to be named; what it leaves, up to twice as much, asks for "
+    "no second one. Without it: the error of the twin's numerics.",
 )
 @BETWEEN
 @BATTERY

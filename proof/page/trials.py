@@ -37,12 +37,13 @@ def trials(proof: Proof) -> Section | None:
         id="trials",
         title="All trials",
         lead=(
-            "Floor: what the twin misses the fitted recordings by without what is to be found; "
-            "of a simulated trial that is the noise put in, of a recorded one noise and the "
-            "base twin's own error. Strength: what the twin as configured misses them by, over "
-            "the floor; of simulated ones noise aside. Before and after: recorded minus "
-            "simulated, root mean square, on recordings that nothing was fitted to, by the twin "
-            "as configured and with what was named. Noise: as the tool estimates it there.",
+            "Floor: of a simulated trial the noise put in, of a recorded one the base twin's "
+            "error in tests that it has not seen. Strength: by how much what is to be found "
+            "changes the voltage of the fitted recordings, root mean square, over the floor; of "
+            "age and transport how much the twin as configured misses. Before and after: "
+            "recorded minus simulated, root mean square, on recordings that nothing was fitted "
+            "to, by the twin as configured and with what was named. Noise: as the tool estimates "
+            "it there.",
         ),
         tables=tables,
     )
