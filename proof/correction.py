@@ -15,6 +15,7 @@ import numpy.typing as npt
 
 from twin.load import Load
 from twin.mismatch import Flight
+from twin.mismatch.problem import beyond_cut_offs
 from twin.mismatch.quantities import quantities
 from twin.simulate import simulate
 from twin.solution import Solution
@@ -33,7 +34,8 @@ class Answered:
     Attributes:
         load: the recorded current.
         solution: the twin's answer.
-        residual_V: (n,) recorded minus simulated; NaN where there is none or it does not count.
+        residual_V: (n,) recorded minus simulated, as the engine has it: beyond the cut-offs, and
+            where the twin is empty before, as if it stood there; NaN where it does not count.
     """
 
     load: Load
@@ -43,11 +45,13 @@ class Answered:
     @classmethod
     def of(cls, flight: Flight) -> "Answered":
         """Simulates."""
-        solution = simulate(flight.pack, flight.load)
+        pack = beyond_cut_offs(flight.pack)
+        solution = simulate(pack, flight.load)
         n = solution.voltage_V.size
-        left_V = np.full(flight.time_s.size, np.nan)
-        left_V[:n] = np.where(flight.judged[:n], flight.voltage_V[:n] - solution.voltage_V, np.nan)
-        return cls(load=flight.load, solution=solution, residual_V=left_V)
+        left_V = flight.voltage_V - pack.series * pack.cell.lower_cut_off_V
+        left_V[:n] = flight.voltage_V[:n] - solution.voltage_V
+        residual_V = np.where(flight.judged, left_V, np.nan)
+        return cls(load=flight.load, solution=solution, residual_V=residual_V)
 
     def library(self) -> Mapping[str, FloatArray]:
         """Name -> (n,) at all samples; beyond the end of the twin as at its end."""

@@ -1,5 +1,7 @@
 """What a sceptic asks for has to be as good as it can be, or it proves nothing."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -46,6 +48,18 @@ def test_a_residual_that_is_cut_off_counts_where_it_is() -> None:
     noise = np.random.default_rng([2, 99]).normal(0, 8e-3, 1201)
     noise[:600] = np.nan
     assert np.isfinite(corrected([answered(noise, 1)]).constant_V)
+
+
+def test_a_twin_that_is_empty_too_early_is_missed_by_that_too() -> None:
+    """Nothing that counts for the engine is left out of what it is compared with."""
+    question = trials.asked(0.0, (1, 2))
+    (flight,) = question.flights(question.fitted[:1])
+    empty = replace(flight, pack=replace(flight.pack, initial_soc=0.02))
+    own = Answered.of(empty)
+    assert own.solution.voltage_V.size < flight.time_s.size
+    assert np.isfinite(own.residual_V).sum() == flight.judged.sum()
+    assert own.residual_V[-1] > 0.5
+    assert np.isfinite(corrected([own]).at(own)).all()
 
 
 @pytest.mark.parametrize("named", [["series_resistance"], ["cold_pack", "weak_cell"]])
