@@ -70,12 +70,15 @@ class Given:
         check: name of the test that is also predicted by a fit to the others: the base's own error.
         unseen: instead of it, tests that are predicted and not fitted at all.
         body: of the cell.
+        driven: tests to fit besides, whose current is straight from sample to sample; it holds in
+            the others.
         only: parameters that are free; None all.
     """
 
     start: Pack
     tests: tuple[RealTest, ...]
     body: Body
+    driven: tuple[RealTest, ...] = ()
     check: str = ""
     unseen: tuple[RealTest, ...] = ()
     only: tuple[str, ...] | None = None
@@ -240,7 +243,10 @@ def _to_fit(given: Given) -> tuple[Pack, list[ReferenceTest]]:
     starts_K = [float(t.temperature_K[0]) for t in parts if t.temperature_K is not None]
     if starts_K:
         pack = cooled(replace(pack, initial_K=float(np.mean(starts_K))), (*parts, *given.unseen))
-    return pack, [t.reference(ambient_K=t.start_K(pack.initial_K)) for t in parts]
+    ways = [*((t, Between.HOLD) for t in parts), *((t, Between.LINEAR) for t in given.driven)]
+    return pack, [
+        t.reference(ambient_K=t.start_K(pack.initial_K), between=between) for t, between in ways
+    ]
 
 
 def cooled(pack: Pack, tests: Sequence[RealTest]) -> Pack:
@@ -271,7 +277,7 @@ def _key(given: Given) -> str:
     told = sha256(write_bpx(given.start.cell, description="").encode())
     settings = [VERSION, given.start.capacity_C, given.check, given.body, given.only]
     told.update(repr(settings).encode())
-    for test in (*given.tests, *given.unseen):
+    for test in (*given.tests, *given.driven, *given.unseen):
         told.update(test.name.encode())
         for values in (test.time_s, test.current_A, test.voltage_V, test.temperature_K):
             told.update(b"-" if values is None else np.ascontiguousarray(values).tobytes())

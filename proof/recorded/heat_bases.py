@@ -46,6 +46,7 @@ DRIVE_S = 2.0  # of a drive cycle: means over as long
 PULSED_S, PULSE_S = 4 * 3600.0, 10.0  # of pulses are given, so far apart
 DRIVEN_S = 2700.0  # of it are given, so that a verdict takes a minute or two
 DRIVEN = 0.6  # of the charge of a test, which is drawn in that time
+YOUNG = ("US06 25 degC", "US06 10 degC")  # the cell had aged before the other cycles
 AGAIN_1C = "03-10-17_23.36_3349_Dis1C_2.mat"
 LATE_V, LATE_A = 0.05, 1.0  # of a sample in which the voltage fell, and the current did not rise
 SHORT_PULSES = (
@@ -184,11 +185,11 @@ def _kept(test: RealTest, keep: npt.NDArray[np.bool_]) -> RealTest:
     )  # fmt: skip
 
 
-def _panasonic(folder: Path, concealed: Collection[str]) -> Given:  # noqa: ARG001
+def _panasonic(folder: Path, concealed: Collection[str]) -> Given:
     """C/20, and of the others the charge that the trials use.
 
-    Every third stretch of the pulses at 25 degC, and of those at 0 degC. Its own error: at 1C on
-    another day, and in the stretches that follow those.
+    Every third stretch of the pulses at 25 degC, and of those at 0 degC, and of YOUNG what is not
+    concealed. Its own error: at 1C on another day, and in the stretches that follow those.
     """
     given = _panasonic_slow(folder, ())
     one, again = (_panasonic_1c(folder, file) for file in (panasonic.ONE_C, AGAIN_1C))
@@ -196,6 +197,9 @@ def _panasonic(folder: Path, concealed: Collection[str]) -> Given:  # noqa: ARG0
     slow, *short = given.tests
     return replace(
         given, tests=(slow, one, *short, *cold[::3]), only=None,
+        driven=tuple(
+            _driven(panasonic.cycle(folder, name)) for name in YOUNG if name not in concealed
+        ),
         unseen=(again, *warm[1::3], *cold[1::3]),
     )  # fmt: skip
 
