@@ -7,7 +7,7 @@ from proof.page.words import between, plural, points
 from proof.tally import Share, Tally, by_class, control, kinds_not_run, real_effect, strong
 from proof.targets import Status, Target, targets
 from reports.mismatch.words import listed
-from reports.quantity import MISSING, fixed
+from reports.quantity import MISSING, fixed, significant
 from reports.section import Cell, Column, Notice, Row, Section, Severity, Table
 
 CLASSES = (
@@ -138,4 +138,6 @@ def shown(t: Target, value: float, *, exact: bool = False) -> str:
     """With its unit."""
     unit, factor, decimals = RATIO if t.id in RATIOS else SHOWN[t.unit]
     number = f"{factor * value:g}" if exact else fixed(factor * value, decimals)
+    if value and not float(number):  # what is missed by little is still missed
+        number = significant(factor * value, 1)
     return f"{number} {unit}".strip()

@@ -16,8 +16,9 @@ from proof.page.failed import failed
 from proof.page.figure import figure_png
 from proof.page.protocol import in_order, protocol
 from proof.page.sizes import sizes
-from proof.page.summary import summary
+from proof.page.summary import result, summary
 from proof.page.words import LONGEST, not_named, not_there, short, why
+from proof.targets import targets
 from reports.render import render
 from reports.section import Section
 from tests.proof.proof_example import judged, named, opened, proof, recorded, simulated, truth
@@ -92,6 +93,11 @@ def test_targets_say_by_how_much_they_are_missed() -> None:
     assert (met.text, met.doubt) == ("met", False)
     nothing = summary(proof([])).tables[0].rows
     assert {r[1].text for r in nothing} == {"not run"}
+
+
+def test_a_target_that_is_missed_by_little_is_not_missed_by_nothing() -> None:
+    held = next(t for t in targets(proof().trials) if t.id == "held out simulated")
+    assert result(replace(held, limit=1.5, measured=1.5004)) == "missed by 0.0004 ×"
 
 
 def test_every_failure_is_told_with_its_reason_and_what_is_left() -> None:
