@@ -65,7 +65,7 @@ def decide(
     best = models[0] if enough else _simplest(models)
     changes_V = _changes_V(best.fitted, null.fitted)
     small = max(changes_V) < NUMERICS_V * _series(null.fitted) or min(changes_V) < stated_V
-    own = _within(null.fitted, hypot(stated_V, noise_V)) if stated_V else False
+    own = bool(stated_V) and _within(null.fitted, hypot(stated_V, noise_V))
     idle = not best.ids or null.probability > LIKELY or small or own
     if idle or _misleads(best.fitted, null.fitted):
         verdict = Verdict.NONE if white(null.fitted) or own else Verdict.UNKNOWN

@@ -129,9 +129,8 @@ def whitener(
     """For one recording; `current_A` (n,) where part of the error follows it."""
     samples = np.flatnonzero(judged)
     keep = np.exp(-np.diff(time_s[samples]) / noise.slow_s)
-    drive = np.zeros(samples.size)
-    if current_A is not None and (rms_A := sqrt(np.mean(current_A[samples] ** 2))) > 0.0:
-        drive = current_A[samples] / rms_A
+    drive = np.zeros(samples.size) if current_A is None else current_A[samples]
+    drive = drive * sqrt(drive.size) / max(float(np.linalg.norm(drive)), np.finfo(float).tiny)
     gains, deviation_V = _gains(keep, drive, noise)
     return Whitener(samples, noise, _bands(keep, drive, gains), deviation_V)
 

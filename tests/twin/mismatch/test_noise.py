@@ -90,3 +90,9 @@ def test_correlation_time_of_a_first_order_process(random: np.random.Generator) 
     for k in range(1, x.size):
         x[k] = a * x[k - 1] + steps[k]
     assert correlation_time(x) == pytest.approx((1 + a) / (1 - a), rel=0.1)
+
+
+def test_of_no_samples_nothing_is_made() -> None:
+    noise = Noise(white_V=1.0, slow_V=1.0, slow_s=20.0, along_V=1.0)
+    none = whitener(np.arange(9.0), np.zeros(9, dtype=bool), noise, np.ones(9))
+    assert none(np.ones((9, 2))).shape == (0, 2)
