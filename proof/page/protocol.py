@@ -25,9 +25,9 @@ LEAD = (
     "verdict's hash is entered too. Then the truth is opened, with its key, and compared.",
     "Simulated truths are PyBaMM's Doyle-Fuller-Newman model on fine meshes. Against meshes twice "
     "as fine in every direction and a hundredth of the tolerance, the voltage of four cells in "
-    "series is 0.3 to 0.9 mV rms off, by cell and effect (tests/mismatch_cases/mesh_error.py). On "
-    "the LG M50 that is about half of the error: it falls as the points grow, and at 1C the truth "
-    "is 0.45 mV a cell from the twin, with three times the points 0.16 (benchmarks/truth_mesh.py).",
+    "series is 0.1 to 0.7 mV rms off, by cell and effect (tests/mismatch_cases/mesh_error.py). At "
+    "1C it is 0.01 mV from the twin with the LiPo and 0.08 with the LG M50, on three times the "
+    "points 0.05 (benchmarks/truth_mesh.py).",
     "Every entry of the ledger holds the hash of the one before it, so none can be changed or "
     "left out later without the last hash becoming another. It tells the order, and that nothing "
     "was exchanged later. That its clock was right, or that no other run was thrown away, it "

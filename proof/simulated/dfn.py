@@ -16,11 +16,14 @@ from proof.simulated.cell_truth import CellTruth
 FloatArray = npt.NDArray[np.float64]
 
 SIDES = ("Negative", "Positive")
-POINTS: Mapping[str, Mapping[str, int]] = {  # README.md: what is left of the error
+POINTS: Mapping[str, Mapping[str, int]] = {
     "lipo_2200": {"x_n": 12, "x_s": 6, "x_p": 12, "r_n": 40, "r_p": 40},
-    "lg_m50": {"x_n": 20, "x_s": 6, "x_p": 20, "r_n": 40, "r_p": 80},
+    "lg_m50": {"x_n": 42, "x_s": 6, "x_p": 38, "r_n": 40, "r_p": 80},
 }
-TOLERANCE = 1e-5
+"""Cells of one thickness, or nearly, in the three layers: on 20, 6 and 20 points, half as thick in
+the separator, the LG M50 is 0.45 mV from the twin at 1C, on 21, 3 and 19 0.18, on these 0.08."""
+TOLERANCE = 1e-4
+"""0.02 to 0.07 mV a cell from 1e-8, in two thirds of the time of 1e-5."""
 FROM_OKANE = (
     "SEI", "Bulk solvent", "Ratio of lithium moles", "plating", "stripping", "plated",
     "Lithium metal partial", "Dead lithium", "Poisson", "Young", "partial molar",

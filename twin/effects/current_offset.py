@@ -19,8 +19,10 @@ class CurrentOffset:
 
     id: ClassVar[str] = "current_offset"
     parameters: ClassVar[tuple[Parameter, ...]] = (
-        Parameter(name="offset_A", unit="A", value=0.0, lower=-20.0, upper=20.0, prior_std=1.0),
+        Parameter(name="offset_A", unit="A", value=0.0, lower=-20.0, upper=20.0, prior_std=2.0),
     )
+    """Of a Hall sensor for 100 A: 50 mV at 20 mV/A and 0.8 A of remanence at most (data sheet of
+    the Allegro ACS750xCA-100). Pilots report 3 to 5 A (github.com/iNavFlight/inav/issues/11432)."""
     balance: ClassVar[str] = "current"
     equation: ClassVar[str] = r"I = I_\mathrm{rec} + \Delta"
     source: ClassVar[str] = "an instrument, not the battery"

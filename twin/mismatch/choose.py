@@ -89,7 +89,8 @@ class Promise:
         base: without it.
         more: the effect.
         left: squares.
-        log_evidence: of the fitted recordings.
+        log_evidence: of the fitted recordings, if only noise is left: by what smaller models leave
+            above it, all that are larger look alike.
     """
 
     base: Fitted
@@ -133,7 +134,7 @@ class _Looked:
 
     def alone(self, most: int | None, *, choosy: bool) -> None:
         """One effect each; all of them if those that may win leave much unsaid."""
-        promises = self._promises(0, 1.0)[:most]  # before a fit nothing is known of the scale
+        promises = self._promises(0)[:most]
         for promise in promises:
             if self._may_win(promise, choosy=choosy):
                 self._extended(promise)
@@ -143,7 +144,7 @@ class _Looked:
 
     def together(self, size: int) -> None:
         """So many effects each."""
-        for promise in self._promises(size - 1, self._scale)[:TRIED]:
+        for promise in self._promises(size - 1)[:TRIED]:
             if self._may_win(promise, choosy=True):
                 self._extended(promise)
 
@@ -157,7 +158,7 @@ class _Looked:
             asked.add(best.ids)
             for rest in combinations(best.problem.hypotheses, max(len(best.ids) - 1, 0)):
                 base = self._fitted(rest, best)
-                promises = self._promises_of(base, self._scale) if rest else []
+                promises = self._promises_of(base) if rest else []
                 for promise in sorted(promises, key=lambda p: p.left)[:TRIED]:
                     if self._may_win(promise, choosy=True):
                         self._extended(promise)
@@ -179,18 +180,18 @@ class _Looked:
     def _scale(self) -> float:
         return scale_of(self.done.values())
 
-    def _promises(self, size: int, scale: float) -> list[Promise]:
+    def _promises(self, size: int) -> list[Promise]:
         """All models of `size` effects, each with one to add; the most probable come first."""
         found: dict[tuple[str, ...], Promise] = {}
         for base in [f for f in self.done.values() if len(f.ids) == size]:
-            for own in self._promises_of(base, scale):
+            for own in self._promises_of(base):
                 ids = tuple(sorted((*base.ids, own.more.id)))
                 found[ids] = min(found.get(ids, own), own, key=lambda p: p.left)
         return sorted(found.values(), key=lambda p: -p.log_evidence)
 
-    def _promises_of(self, base: Fitted, scale: float) -> list[Promise]:
+    def _promises_of(self, base: Fitted) -> list[Promise]:
         others = [h for h in self._hypotheses if h.id not in base.ids]
-        return [_promise(base, h, self._shapes[h.id], scale) for h in others]
+        return [_promise(base, h, self._shapes[h.id]) for h in others]
 
     def _may_win(self, promise: Promise, *, choosy: bool) -> bool:
         """It may leave no more than the best so far, and gains what an effect more has to.
@@ -240,11 +241,11 @@ def shape_of(h: Hypothesis, null: Fitted, data: Data) -> Shape:
     return Shape(problem, columns[1], np.hstack(columns), np.array(low), np.array(high))
 
 
-def _promise(base: Fitted, h: Hypothesis, shape: Shape, scale: float) -> Promise:
+def _promise(base: Fitted, h: Hypothesis, shape: Shape) -> Promise:
     left = _squares(base) - _explained(base, shape)
     columns = np.hstack([base.there.slopes, shape.slopes])
-    information = np.eye(columns.shape[1]) + columns.T @ columns / scale
-    return Promise(base, h, left, -0.5 * (left / scale + float(np.linalg.slogdet(information)[1])))
+    information = np.eye(columns.shape[1]) + columns.T @ columns
+    return Promise(base, h, left, -0.5 * (left + float(np.linalg.slogdet(information)[1])))
 
 
 def _squares(f: Fitted) -> float:

@@ -11,8 +11,23 @@ import numpy as np
 import pytest
 
 from tests.twin.mismatch.recordings import NOISE_V, flown, pack
-from twin.effects import CurrentGain, InitialSoc, SelfHeating, SeriesResistance, VoltageGain
-from twin.mismatch import Flight, MismatchError, Verdict, adopted_text, explain, finding_json
+from twin.effects import (
+    CurrentGain,
+    InitialSoc,
+    SelfHeating,
+    SeriesResistance,
+    SolidDiffusionPositive,
+    VoltageGain,
+)
+from twin.mismatch import (
+    Flight,
+    MismatchError,
+    Verdict,
+    adopted_text,
+    choose,
+    explain,
+    finding_json,
+)
 from twin.mismatch.hypothesis import HYPOTHESES
 from twin.mismatch.locate import change_points
 from twin.mismatch.problem import Problem
@@ -48,6 +63,7 @@ def test_nothing_is_named_where_the_twin_made_the_recordings() -> None:
     [
         (SeriesResistance(resistance_ohm=0.003), "resistance_ohm", 0.003),
         (CurrentGain(gain=1.06), "gain", 1.06),
+        (CurrentGain(gain=0.5), "gain", 0.5),
         (VoltageGain(gain=0.997), "gain", 0.997),
         (SelfHeating(heat_transfer_W_m2_K=15.0), "heat_transfer_W_m2_K", 15.0),
         (InitialSoc(offset=-0.03), "offset", -0.03),
@@ -75,6 +91,22 @@ def test_two_at_once_are_named_together() -> None:
     finding = explain([flown(truth, seed=1)], [flown(truth, seed=2)], hypotheses=FEW)
     assert finding.verdict is Verdict.NAMED
     assert {e.id for e in finding.effects} == {"self_heating", "series_resistance"}
+
+
+def test_of_larger_models_that_is_tried_first_which_would_leave_noise(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """And not whichever has least to lose by what the smaller ones leave."""
+    monkeypatch.setattr(choose, "TRIED", 1)
+    truth = [SolidDiffusionPositive(diffusivity_factor=0.5), CurrentGain(gain=1.05)]
+    rivals = (
+        "weak_cell", "cold_pack", "active_material_loss_positive", "lithium_inventory_loss",
+        "solid_diffusion_negative", "leakage", "ocv_hysteresis",
+    )  # fmt: skip
+    several = [h for h in HYPOTHESES if h.id in (*rivals, *(e.id for e in truth))]
+    data = split([flown(truth, seed=1)], [flown(truth, seed=2)])
+    pairs = [m.ids for m in choose.models(data, several, most_effects=2) if len(m.ids) == 2]
+    assert ("current_gain", "solid_diffusion_positive") in pairs
 
 
 def test_what_no_hypothesis_is_stays_unknown_and_is_described() -> None:
