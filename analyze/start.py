@@ -65,6 +65,7 @@ def pack_use(
         capacity_known=capacity.known,
         soc_known=soc.known,
         temperature_known=start.known,
+        cooling_known=transfer.known,
         serial=(recording.serial if recording else "") or (file.pack.serial if file else ""),
         initial_soc=soc.value,
         initial_K=start.value,
@@ -92,6 +93,7 @@ def pack_of(use: PackUse, cell: Cell) -> Pack:
         capacity_C=use.capacity_C,
         initial_soc=use.initial_soc,
         initial_K=use.initial_K,
+        heat_transfer_W_m2_K=use.heat_transfer_W_m2_K if use.cooling_known else None,
         effects=use.effects,
         mechanics=use.mechanics,
     )
@@ -140,7 +142,7 @@ def _heat_transfer(file: PackFile | None) -> Known:
     if file and file.environment.heat_transfer_W_m2_K is not None:
         return Known(value=file.environment.heat_transfer_W_m2_K, origin="pack file")
     default = SelfHeating.parameters[0].value
-    return Known(value=default, origin="not known: the default of the effect")
+    return Known(value=default, origin="not known: the default of the effect", known=False)
 
 
 def _soc(rest: Known | None, file: PackFile | None, cell: Cell, series: int) -> Known:

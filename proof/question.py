@@ -104,7 +104,8 @@ class Question:
         capacity_C = pack.capacity_C or pack.parallel * pack.cell.nominal_capacity_C
         heating = [e for e in pack.effects if isinstance(e, SelfHeating)]
         others = [e for e in pack.effects if not isinstance(e, SelfHeating)]
-        transfer = [("heat_transfer_W_m2_K", e.heat_transfer_W_m2_K) for e in heating]
+        transfer = heating[0].heat_transfer_W_m2_K if heating else pack.heat_transfer_W_m2_K
+        cooling = {} if transfer is None else {"heat_transfer_W_m2_K": transfer}
         return toml_text(
             {
                 "pack": {
@@ -118,7 +119,7 @@ class Question:
                     "soc": pack.initial_soc,
                     "temperature_c": pack.initial_K - ZERO_CELSIUS_K,
                 },
-                "environment": {"ambient_c": self.ambient_K - ZERO_CELSIUS_K} | dict(transfer),
+                "environment": {"ambient_c": self.ambient_K - ZERO_CELSIUS_K} | cooling,
                 "twin": {"physics": [e.id for e in pack.effects]},
                 "effects": {e.id: asdict(e) for e in others},
             }

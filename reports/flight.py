@@ -46,6 +46,7 @@ class PackUse:
         capacity_known: False if it is only that of the cell that stands in.
         soc_known: False if no rest showed it.
         temperature_known: False if it was not measured.
+        cooling_known: False if nobody stated the heat transfer.
         serial: the pack's own number, "" if unknown.
         initial_soc: state of charge at the start of the recording, 0..1.
         initial_K: temperature of the pack at the start.
@@ -68,6 +69,7 @@ class PackUse:
     capacity_known: bool
     soc_known: bool
     temperature_known: bool
+    cooling_known: bool
     serial: str
     initial_soc: float
     initial_K: float

@@ -89,7 +89,7 @@ class Base:
     """Calibrated.
 
     Attributes:
-        pack: isothermal, full, at ROOM_K.
+        pack: isothermal, full, at ROOM_K; it states how it cools.
         series_resistance_ohm: that it has.
         heat_transfer_W_m2_K: from its surface, by the temperature of the tests it was fitted to;
             0 where none was measured.
@@ -121,8 +121,12 @@ def base_of(given: Given, cache: Path) -> Base:
         _calibrate(given, place)
     cell = load_cell(place / "cell.bpx.json")
     told = json.loads((place / "base.json").read_text())
-    resistance = SeriesResistance(resistance_ohm=told["series_resistance_ohm"])
-    return Base(pack=Pack(cell=cell, initial_K=ROOM_K, effects=(resistance,)), **told)
+    pack = Pack(
+        cell=cell, initial_K=ROOM_K,
+        heat_transfer_W_m2_K=told["heat_transfer_W_m2_K"] or None,
+        effects=(SeriesResistance(resistance_ohm=told["series_resistance_ohm"]),),
+    )  # fmt: skip
+    return Base(pack=pack, **told)
 
 
 def rest_soc(cell: Cell, rest_V: float) -> float:

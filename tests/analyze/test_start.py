@@ -46,6 +46,7 @@ def test_without_a_pack_file_everything_is_from_the_log_or_stated() -> None:
     assert use.origins["initial_K"] == "not measured: 25 °C assumed"
     assert use.origins["initial_soc"].startswith("from the voltage at rest")
     assert use.effect_ids == ("self_heating",)
+    assert pack_of(use, CELL).heat_transfer_W_m2_K is None  # a default states nothing
 
 
 def test_a_capacity_nobody_knows_is_that_of_the_cell_and_said_so() -> None:
@@ -61,6 +62,7 @@ def test_the_pack_file_wins_over_the_log_and_every_key_of_it_counts() -> None:
     assert (pack.series, pack.parallel, pack.capacity_C) == (6, 2, 3.3 * 3600)
     assert (pack.initial_soc, pack.initial_K) == (0.7, 283.15)
     assert (use.ambient_K, use.heat_transfer_W_m2_K) == (278.15, 20.0)
+    assert pack.heat_transfer_W_m2_K == 20.0  # what is to be expected of a heating not switched on
     assert pack.effects == ()
     assert use.calibrated
     assert use.serial == "of the file"

@@ -15,10 +15,11 @@ from twin.effects import CurrentGain, SelfHeating, SeriesResistance
 from twin.pack import Pack
 
 PACKS = [
-    Pack(cell=load_cell("lipo_2200"), series=4, initial_soc=0.93, initial_K=285.3),
+    Pack(cell=load_cell("lipo_2200"), series=4, initial_soc=0.93, initial_K=285.3,
+         heat_transfer_W_m2_K=21.0),
     Pack(
         cell=replace(load_cell("lg_m50"), name="another", area_m2=0.11), series=1, parallel=3,
-        capacity_C=3 * 3600.0, initial_soc=0.61, initial_K=299.0,
+        capacity_C=3 * 3600.0, initial_soc=0.61, initial_K=299.0, heat_transfer_W_m2_K=17.3,
         effects=(SelfHeating(heat_transfer_W_m2_K=17.3), SeriesResistance(resistance_ohm=0.012),
                  CurrentGain(gain=1.02)),
     ),
@@ -47,7 +48,7 @@ def test_files_say_all_that_the_question_says(pack: Pack, tmp_path: Path) -> Non
     assert drawn.load.ambient_K == pytest.approx(flight.load.ambient_K, abs=1e-9)
     assert np.array_equal(drawn.recorded_V, flight.voltage_V, equal_nan=True)
     assert drawn.pack.effects == flight.pack.effects
-    for name in ("series", "parallel", "initial_soc", "initial_K"):
+    for name in ("series", "parallel", "initial_soc", "initial_K", "heat_transfer_W_m2_K"):
         assert getattr(drawn.pack, name) == pytest.approx(getattr(flight.pack, name), abs=1e-9)
     mine, theirs = flight.pack.cell_parameters(), drawn.pack.cell_parameters()
     assert theirs == pytest.approx(mine, rel=1e-9)

@@ -197,6 +197,7 @@ def pack() -> PackUse:
         parallel=1,
         capacity_C=2.2 * 3600,
         capacity_known=True,
+        cooling_known=False,
         soc_known=True,
         temperature_known=False,
         serial="77",

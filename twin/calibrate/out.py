@@ -15,7 +15,7 @@ from twin.calibrate.objective import Problem
 from twin.calibrate.ocp_correction import Correction
 from twin.calibrate.run import Calibration, values_by_name
 from twin.cell import Cell, Electrode
-from twin.effects import SelfHeating, SeriesResistance, WeakCell
+from twin.effects import SeriesResistance, WeakCell
 from twin.pack import Pack
 from twin.pack_file import PackFile
 
@@ -88,7 +88,7 @@ def pack_text(
     content["twin"]["physics"] = [*dict.fromkeys(physics), SeriesResistance.id]
     content["effects"] = content["effects"] | {SeriesResistance.id: {"resistance_ohm": resistance}}
     if TRANSFER in found.numbers:
-        content["effects"][SelfHeating.id] = {TRANSFER: found.numbers[TRANSFER]}
+        content["environment"] = content["environment"] | {TRANSFER: found.numbers[TRANSFER]}
     if weak:
         content["twin"]["physics"].append(WeakCell.id)
         content["effects"][WeakCell.id] = [asdict(w) for w in weak]

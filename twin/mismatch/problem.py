@@ -67,9 +67,9 @@ class Problem:
         self._packs, pack = tuple(packs), packs[0]
         self._kept: dict[bytes, Evidence] = {}
         self._terms = [
-            (p, centre, limits)
+            (p, limits)
             for h in hypotheses
-            for p, centre, limits in zip(h.parameters, h.centres(pack), h.bounds(pack), strict=True)
+            for p, limits in zip(h.priors(pack), h.bounds(pack), strict=True)
         ]
 
     @property
@@ -85,7 +85,7 @@ class Problem:
     @property
     def bounds(self) -> tuple[FloatArray, FloatArray]:
         """(k,) least and largest coordinates."""
-        ends = [tuple(coordinate_of(p, c, v) for v in limits) for p, c, limits in self._terms]
+        ends = [tuple(coordinate_of(p, v) for v in limits) for p, limits in self._terms]
         ends += [
             (-p.initial_soc / START_SOC, (1.0 - p.initial_soc) / START_SOC) for p in self._packs
         ]
@@ -94,12 +94,14 @@ class Problem:
 
     def starts(self) -> list[FloatArray]:
         """Points a fit may begin at."""
-        return self._points([h.starts for h in self.hypotheses])
+        return self._points([h.begins(self._packs[0]) for h in self.hypotheses])
 
     def starts_from(self, known: Mapping[str, Mapping[str, float]]) -> list[FloatArray]:
         """The same with the `known` numbers of some hypotheses instead of their own starts."""
         ways = [
-            (tuple(known[h.id][name] for name in h.fitted),) if h.id in known else h.starts
+            (tuple(known[h.id][name] for name in h.fitted),)
+            if h.id in known
+            else h.begins(self._packs[0])
             for h in self.hypotheses
         ]
         return self._points(ways)
@@ -111,7 +113,7 @@ class Problem:
             points = [(*a, *b) for a in points for b in own]
         return [
             np.array(
-                [coordinate_of(p, c, v) for (p, c, _), v in zip(self._terms, point, strict=True)]
+                [coordinate_of(p, v) for (p, _), v in zip(self._terms, point, strict=True)]
                 + [0.0] * len(self.flights)
             )
             for point in points
@@ -125,8 +127,8 @@ class Problem:
     def stds(self, q: FloatArray, of_q: FloatArray) -> dict[str, dict[str, float]]:
         """The same of standard deviations (k,) of the coordinates."""
         scale = [
-            p.prior_std * (value_of(p, c, x) if p.logarithmic else 1.0)
-            for (p, c, _), x in zip(self._terms, q.tolist(), strict=False)
+            p.prior_std * (value_of(p, x) if p.logarithmic else 1.0)
+            for (p, _), x in zip(self._terms, q.tolist(), strict=False)
         ]
         given = iter(s * e for s, e in zip(scale, of_q.tolist(), strict=False))
         return {h.id: {name: next(given) for name in h.fitted} for h in self.hypotheses}
@@ -230,8 +232,8 @@ class Problem:
 
     def _values(self, q: FloatArray) -> list[float]:
         return [
-            min(max(value_of(p, c, x), limits[0]), limits[1])
-            for (p, c, limits), x in zip(self._terms, q.tolist(), strict=False)
+            min(max(value_of(p, x), limits[0]), limits[1])
+            for (p, limits), x in zip(self._terms, q.tolist(), strict=False)
         ]
 
     def _columns(self, flight: int) -> list[int]:

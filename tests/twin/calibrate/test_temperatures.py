@@ -8,7 +8,7 @@ import pytest
 from tests.twin.calibrate.synthetic import NOISE_V, RELAX, Stage, cell_pack, load_of
 from twin.calibrate.answer import Verdict
 from twin.calibrate.objective import SPAN_K
-from twin.calibrate.out import calibrated_cell
+from twin.calibrate.out import calibrated_cell, pack_text
 from twin.calibrate.parameters import ACTIVATIONS, WARMING
 from twin.calibrate.reference import ReferenceTest
 from twin.calibrate.run import conclude, fit, problem_of
@@ -16,8 +16,14 @@ from twin.constants import ZERO_CELSIUS_K
 from twin.effects import SelfHeating
 from twin.load import Between, Load
 from twin.pack import Pack
+from twin.pack_file import effects_of, parse_pack_file
 from twin.simulate import simulate
 
+PACK = """[pack]
+name = "mine"
+cell = "lipo_2200"
+series = 1
+"""
 ONE_C: tuple[Stage, ...] = ((0.0, 60.0, 10.0), (1.0, 1800.0, 2.0), *RELAX)
 
 
@@ -126,6 +132,10 @@ def test_how_a_cell_warms_is_found_and_told() -> None:
     told = {e.name: e for e in found.answer.estimates}
     assert all(told[name].verdict is Verdict.IDENTIFIED for name in WARMING)
     assert calibrated_cell(found).heat_capacity_J_K == found.numbers["heat_capacity_J_K"]
+    written = pack_text(found, pack, parse_pack_file(PACK, name="pack.toml"), cell="cell.bpx.json")
+    transfer = found.numbers["heat_transfer_W_m2_K"]
+    effects = effects_of(parse_pack_file(written, name="calibrated pack.toml"))
+    assert SelfHeating(heat_transfer_W_m2_K=transfer) in effects
 
 
 def test_derivatives_of_temperatures_are_those_of_the_residuals() -> None:

@@ -50,7 +50,7 @@ def test_every_effect_of_the_contract_is_a_hypothesis() -> None:
 @pytest.mark.parametrize("h", [h for h in HYPOTHESES if h.id not in SWITCHED], ids=lambda h: h.id)
 def test_at_the_centre_of_its_prior_an_effect_is_absent(h: Hypothesis) -> None:
     configured, load = pack(), gusty(5.0)
-    changed = h.within(configured, h.centres(configured))
+    changed = h.within(configured, [p.value for p in h.priors(configured)])
     before, after = (simulate(p, load).voltage_V for p in (configured, changed))
     assert after == pytest.approx(before, abs=1e-9)
 
@@ -59,8 +59,18 @@ def test_at_the_centre_of_its_prior_an_effect_is_absent(h: Hypothesis) -> None:
 def test_starts_and_centres_are_within_bounds(h: Hypothesis) -> None:
     configured = replace(pack(), initial_soc=0.9)
     limits = h.bounds(configured)
-    for point in (h.centres(configured), *h.starts):
+    for point in ([p.value for p in h.priors(configured)], *h.begins(configured)):
         assert all(low <= value <= high for value, (low, high) in zip(point, limits, strict=True))
+
+
+def test_self_heating_is_expected_to_cool_as_the_pack_states() -> None:
+    h = next(h for h in HYPOTHESES if h.id == "self_heating")
+    (usual,), (stated,) = (
+        h.priors(p) for p in (pack(), replace(pack(), heat_transfer_W_m2_K=30.0))
+    )
+    assert (usual.value, stated.value) == (12.0, 30.0)
+    assert stated.prior_std < 0.3 * usual.prior_std
+    assert h.begins(replace(pack(), heat_transfer_W_m2_K=30.0)) == ((30.0,),)
 
 
 def test_an_effect_that_a_pack_has_is_changed_not_added() -> None:
