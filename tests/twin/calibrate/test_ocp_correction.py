@@ -135,4 +135,4 @@ def test_a_fit_finds_the_correction_of_a_cell_with_another_potential() -> None:
     assert after.problem.correction.test == "0.1C"
     slow, fast = zip(rms_V(before), rms_V(after), strict=True)
     assert slow[1] < 0.6 * slow[0]
-    assert fast[1] < 1.1 * fast[0]
+    assert fast[1] < 0.6 * fast[0]  # fitted again: losses had followed the wrong curve
