@@ -17,8 +17,8 @@ from twin.effects.effect import Parameter
 from twin.pack import Pack
 
 STATED = log(1.5)
-"""Of a stated heat transfer. Calibrations of one cell to several choices of its tests scatter by 4 to
-10 % in four cells and tenfold in one that they warm by 3 K (`proof.recorded.base`)."""
+"""Of a stated heat transfer. Calibrations of one cell to several choices of its tests scatter by 4
+to 10 % in four cells and tenfold in one that they warm by 3 K (`proof.recorded.base`)."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
