@@ -69,4 +69,6 @@ def quick(pack: Pack) -> tuple[Hypothesis, ...]:
     def structure(p: Pack) -> tuple[bool, ...]:
         return p.ages, p.hysteretic, p.stressed
 
-    return tuple(h for h in HYPOTHESES if structure(h.within(pack, h.starts[0])) == structure(pack))
+    return tuple(
+        h for h in HYPOTHESES if structure(h.within(pack, h.begins(pack)[0])) == structure(pack)
+    )
