@@ -71,6 +71,7 @@ def pack_use(
         initial_K=start.value,
         ambient_K=ambient.value,
         heat_transfer_W_m2_K=transfer.value,
+        heat_transfer_std_W_m2_K=file.environment.heat_transfer_std_W_m2_K if file else None,
         effects=effects_of(file),
         mechanics=mechanics_of(file),
         origins={
@@ -94,6 +95,7 @@ def pack_of(use: PackUse, cell: Cell) -> Pack:
         initial_soc=use.initial_soc,
         initial_K=use.initial_K,
         heat_transfer_W_m2_K=use.heat_transfer_W_m2_K if use.cooling_known else None,
+        heat_transfer_std_W_m2_K=use.heat_transfer_std_W_m2_K,
         effects=use.effects,
         mechanics=use.mechanics,
     )

@@ -88,8 +88,8 @@ def calibrated(
             f"  {stage}: cost {best.cost:.6g}, {1e3 * best.rms_V:.2f} mV, {seconds:.0f} s\n"
         )
     found = conclude(best.problem, best.q, tests, cross_validate=False)
-    if found.problem.correction is not None:
-        sys.stderr.write(f"  {found.problem.correction}\n")
+    if found.correction is not None:
+        sys.stderr.write(f"  {found.correction}\n")
     resistance = SeriesResistance(resistance_ohm=found.numbers["series_resistance_ohm"])
     kept = tuple(e for e in pack.effects if not isinstance(e, SelfHeating | SeriesResistance))
     own = Pack(cell=wide(calibrated_cell(found)), effects=(*kept, resistance))

@@ -52,6 +52,7 @@ class PackUse:
         initial_K: temperature of the pack at the start.
         ambient_K: temperature of the air.
         heat_transfer_W_m2_K: from the cell to the air.
+        heat_transfer_std_W_m2_K: its standard error; None if nobody stated one.
         effects: the physical effects that were switched on.
         mechanics: elastic constants, for the effects that need them.
         origins: field -> where its value comes from, in words, for every field that was a choice.
@@ -75,6 +76,7 @@ class PackUse:
     initial_K: float
     ambient_K: float
     heat_transfer_W_m2_K: float
+    heat_transfer_std_W_m2_K: float | None
     effects: tuple[AnyEffect, ...]
     mechanics: Mechanics
     origins: Mapping[str, str]

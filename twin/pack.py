@@ -77,6 +77,7 @@ class Pack:
         initial_K: temperature at the start.
         heat_transfer_W_m2_K: to the air, where it is stated. The pack is warmed by its losses only
             with `SelfHeating`, which has a number of its own; this one is what to expect of it.
+        heat_transfer_std_W_m2_K: its standard error, where that is stated.
         effects: what acts beyond the isothermal P2D model.
         mechanics: elastic constants, for the effects that need them.
         moved: (name, difference) of the kernel's numbers from those of `cell`: another cell that
@@ -90,6 +91,7 @@ class Pack:
     initial_soc: float = 1.0
     initial_K: float = 298.15
     heat_transfer_W_m2_K: float | None = None
+    heat_transfer_std_W_m2_K: float | None = None
     effects: tuple[AnyEffect, ...] = ()
     mechanics: Mechanics = OKANE_2022
     moved: tuple[tuple[str, float], ...] = ()

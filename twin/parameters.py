@@ -6,6 +6,7 @@ from dataclasses import fields
 import casadi as ca
 import numpy as np
 
+from twin.bumps import bump_names
 from twin.cell import Cell
 from twin.effects import AGEING, AnyEffect, Mechanics, OcvHysteresis
 
@@ -53,7 +54,7 @@ def cell_parameters(cell: Cell) -> dict[str, float]:
     Every number of `Cell` that enters the equations. Functions (potentials, conductivity,
     diffusivity) are part of the kernel and have a factor here, 1 as given:
     `negative.diffusivity_factor`, `electrolyte.conductivity_factor`, ... Resistances that a cell
-    does not have by itself are 0.
+    does not have by itself are 0, and so are the heights of bumps.
     """
     out: dict[str, float] = {name: getattr(cell, name) for name in SCALARS_OF_CELL}
     for part in ("negative", "separator", "positive", "electrolyte"):
@@ -68,7 +69,7 @@ def cell_parameters(cell: Cell) -> dict[str, float]:
     for name in ("electrolyte.conductivity", "electrolyte.diffusivity"):
         out[f"{name}_factor"] = 1.0
     out["series_resistance_ohm"] = 0.0
-    return out
+    return out | dict.fromkeys(bump_names(cell), 0.0)
 
 
 class Symbols(Mapping[str, ca.SX]):

@@ -20,16 +20,13 @@ from proof.recorded.measured import RealTest, recorded_parts, wide
 from twin.bpx_file import open_circuit_V
 from twin.bpx_out import write_bpx
 from twin.builtin import load_cell
+from twin.calibrate.answer import answer
 from twin.calibrate.checks import fitted, predicted
 from twin.calibrate.objective import READ_K
 from twin.calibrate.out import cell_of
 from twin.calibrate.parameters import WARMING
 from twin.calibrate.reference import ReferenceTest
-from twin.calibrate.run import (
-    Progress,
-    fit,
-    problem_of,
-)
+from twin.calibrate.run import Progress, fit, problem_of
 from twin.cell import Cell
 from twin.constants import ZERO_CELSIUS_K
 from twin.effects import SelfHeating, SeriesResistance
@@ -40,7 +37,7 @@ from twin.whole_file import write_whole
 
 FloatArray = npt.NDArray[np.float64]
 
-VERSION = 4  # of what is kept: raise it where the same inputs give another calibration
+VERSION = 6  # of what is kept: raise it where the same inputs give another calibration
 COOLING_W_m2_K = (1.0, 200.0)  # looked for between still air and a clamp
 WHOLE = 0.5  # of the most that any test draws: a test that draws less shows no warming
 RESTS = 0.02  # of the largest current: less is a rest, whose voltage is that of the open circuit
@@ -93,6 +90,7 @@ class Base:
         series_resistance_ohm: that it has.
         heat_transfer_W_m2_K: from its surface, by the temperature of the tests it was fitted to;
             0 where none was measured.
+        heat_transfer_std_W_m2_K: its standard error.
         warming_K: rms by which it misses these temperatures; 0 without any.
         full_soc: state of charge after the charge before its first test.
         error_V: rms of the check predicted by a fit to the other tests.
@@ -102,6 +100,7 @@ class Base:
     pack: Pack
     series_resistance_ohm: float
     heat_transfer_W_m2_K: float
+    heat_transfer_std_W_m2_K: float
     warming_K: float
     full_soc: float
     error_V: float
@@ -124,6 +123,7 @@ def base_of(given: Given, cache: Path) -> Base:
     pack = Pack(
         cell=cell, initial_K=ROOM_K,
         heat_transfer_W_m2_K=told["heat_transfer_W_m2_K"] or None,
+        heat_transfer_std_W_m2_K=told["heat_transfer_std_W_m2_K"] or None,
         effects=(SeriesResistance(resistance_ohm=told["series_resistance_ohm"]),),
     )  # fmt: skip
     return Base(pack=pack, **told)
@@ -167,9 +167,11 @@ def _calibrate(given: Given, place: Path) -> None:
         *_, check_V = predicted(best.problem, best.q, tests, k)
         assert check_V is not None
         error_V = _rms_V(tests[k].voltage_V, check_V, pack.cell.lower_cut_off_V)
+    estimates = answer(best.problem, best.q).estimates
     told = {
         "series_resistance_ohm": ohm.resistance_ohm,
         "heat_transfer_W_m2_K": transfer or 0.0,
+        "heat_transfer_std_W_m2_K": next((e.std for e in estimates if e.name == WARMING[1]), 0.0),
         "warming_K": _warming_K(best),
         "full_soc": full_soc,
         "error_V": error_V,

@@ -273,7 +273,7 @@ def _published(
         )
         return Base(
             pack=replace(cell.baseline, cell=narrow), series_resistance_ohm=0.0,
-            heat_transfer_W_m2_K=0.0, warming_K=0.0,
+            heat_transfer_W_m2_K=0.0, heat_transfer_std_W_m2_K=0.0, warming_K=0.0,
             full_soc=cell.baseline.initial_soc, error_V=1e-3 * off.rms, fitted_V={},
         )  # fmt: skip
 

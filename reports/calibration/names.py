@@ -4,6 +4,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from reports.quantity import significant
+from twin.bumps import Of, is_bump
 from twin.calibrate.answer import Estimate, Verdict
 from twin.calibrate.cell_map import START_V
 
@@ -31,6 +32,10 @@ ENDS = {
     "negative.stoichiometry_min": "stoichiometry when empty",
     "positive.stoichiometry_min": "stoichiometry when full",
     "positive.stoichiometry_max": "stoichiometry when empty",
+}
+BUMPS = {
+    Of.POTENTIAL: ("open-circuit potential", "mV"),
+    Of.ENTROPY: ("entropic coefficient", "mV/K"),
 }
 LAYERS = ("", "negative", "separator", "positive", "electrolyte")
 VERDICT_COLOUR = {
@@ -67,6 +72,10 @@ def called(name: str, unit: str = "") -> Called:
     where, _, what = name.rpartition(".")
     if name in ENDS:
         return Called(f"{where}: {ENDS[name]}", "", 1.0)
+    for of, (words, shown) in BUMPS.items():
+        if what.startswith(of.value[0]):
+            number = what.removeprefix(of.value[0]).partition("_")[0]
+            return Called(f"{where}: {words}, bump {number} from full", shown, 1e3)
     if what not in QUANTITIES:
         return Called(name, unit, 1.0)
     words, shown, factor = QUANTITIES[what]
@@ -79,8 +88,8 @@ def phrase(name: str) -> str:
 
 
 def in_order(names: Sequence[str]) -> list[int]:
-    """Places of those of the cell: of all of it, then layer by layer; starts are left out."""
-    cell = [k for k, name in enumerate(names) if not is_start(name)]
+    """Places of those of the cell: of all of it, then layer by layer; without starts and bumps."""
+    cell = [k for k, name in enumerate(names) if not (is_start(name) or is_bump(name))]
     return sorted(cell, key=lambda k: _layer(names[k]))
 
 

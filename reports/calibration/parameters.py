@@ -6,12 +6,20 @@ import numpy as np
 from matplotlib.lines import Line2D
 
 from reports.calibration.drawings import sheet
-from reports.calibration.names import VERDICT_COLOUR, called, is_start, phrase, with_unit, word
+from reports.calibration.names import (
+    VERDICT_COLOUR,
+    called,
+    is_start,
+    phrase,
+    with_unit,
+    word,
+)
 from reports.calibration.report import CalibrationReport
 from reports.calibration.summary import cell_estimates
 from reports.plots import ROW_IN, named_rows, to_svg
 from reports.quantity import significant
 from reports.section import Cell, Column, Figure, Section, Table
+from twin.bumps import is_bump
 from twin.calibrate.answer import NINETY, Estimate
 from twin.calibrate.parameters import Parameter
 
@@ -37,10 +45,14 @@ def parameters(report: CalibrationReport) -> Section:
     """Drawn beside their priors, and as a table."""
     told = report.found.answer
     shown = cell_estimates(report.found)
-    starts = [e for e in told.estimates if is_start(e.name)]
+    beside = {
+        "Rest voltages before the tests, fitted with them": is_start,
+        "Corrections of potential and entropy, fitted with them": is_bump,
+    }
     tables = [_table("Parameters of the cell", shown)]
-    if starts:
-        tables.append(_table("Rest voltages before the tests, fitted with them", starts))
+    for caption, belongs in beside.items():
+        if own := [e for e in told.estimates if belongs(e.name)]:
+            tables.append(_table(caption, own))
     return Section(
         id="parameters",
         title="Parameters",

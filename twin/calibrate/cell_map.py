@@ -18,6 +18,7 @@ import numpy.typing as npt
 from scipy.optimize import brentq
 
 from twin.bpx_file import open_circuit_V
+from twin.bumps import Bumped, bump_names
 from twin.calibrate.parameters import (
     ACTIVATIONS,
     EMPTY_ENDS,
@@ -29,6 +30,7 @@ from twin.constants import FARADAY_C_mol
 from twin.pack import OVERFULL, Pack
 
 FloatArray = npt.NDArray[np.float64]
+Potential = Callable[[float], float]
 
 SIDES = ("negative", "positive")
 EDGE = 1e-4  # of stoichiometry: no window goes closer to full or empty
@@ -94,9 +96,8 @@ class CellMap:
         self._numbers = ca.Function("numbers", [v, w], [ca.vertcat(*numbers.values()), shown])
         self._slopes = ca.Function("slopes", [v, w], [ca.densify(s) for s in slopes])
         x = ca.SX.sym("x")
-        self._ocp_V: dict[str, Callable[[float], float]] = {
-            side: _of_float(ca.Function("ocp", [x], [getattr(pack.cell, side).ocp_V(x)]))
-            for side in SIDES
+        self._ocp_V = {
+            side: ca.Function("ocp", [x, v], [_potential_V(pack, side, x, value)]) for side in SIDES
         }
 
     def __call__(self, values: FloatArray) -> tuple[dict[str, float], FloatArray]:
@@ -114,17 +115,23 @@ class CellMap:
 
     def rest_V(self, values: FloatArray, soc: float) -> float:
         """Open-circuit voltage at a state of charge; `values` without START_V."""
-        x, y = self._windows(values)
-        return self._rest_V(x, y, soc)
+        whole = np.append(values, 0.0)
+        x, y = self._windows(whole)
+        return self._rest_V(whole, x, y, soc)
 
-    def _rest_V(self, x: list[float], y: list[float], soc: float) -> float:
-        negative, positive = self._ocp_V["negative"], self._ocp_V["positive"]
+    def _rest_V(self, values: FloatArray, x: list[float], y: list[float], soc: float) -> float:
+        negative, positive = self._potentials(values)
         return positive(y[1] + soc * (y[0] - y[1])) - negative(x[1] + soc * (x[0] - x[1]))
+
+    def _potentials(self, values: FloatArray) -> tuple[Potential, Potential]:
+        """[V] of the negative and the positive electrode, of stoichiometry."""
+        negative, positive = (_of_float(self._ocp_V[side], values) for side in SIDES)
+        return negative, positive
 
     def _windows(self, values: FloatArray) -> tuple[list[float], list[float]]:
         """Stoichiometries (full, empty) of the negative and the positive electrode."""
-        value = dict(zip(self._names, values.tolist(), strict=False))
-        negative, positive = self._ocp_V["negative"], self._ocp_V["positive"]
+        value = dict(zip(self._names, values.tolist(), strict=True))
+        negative, positive = self._potentials(values)
         full = value["negative.stoichiometry_max"]
         limit_V = negative(full) + self._ends_V[0]
         y_full = _root(lambda s: positive(s) - limit_V, EDGE, 1 - EDGE)
@@ -147,7 +154,7 @@ class CellMap:
     def _solved(self, values: FloatArray) -> FloatArray:
         x, y = self._windows(values)
         start_V = float(values[-1])
-        soc = _root(lambda s: start_V - self._rest_V(x, y, s), 0.0, OVERFULL)
+        soc = _root(lambda s: start_V - self._rest_V(values, x, y, s), 0.0, OVERFULL)
         empty = y[1] if EMPTY_ENDS[0] in self._names else x[1]
         return np.array([y[0], empty, soc])
 
@@ -174,8 +181,17 @@ def full_and_empty_V(pack: Pack) -> tuple[float, float]:
     return open_circuit_V(pack.cell, 1.0), open_circuit_V(pack.cell, 0.0)
 
 
-def _of_float(function: ca.Function) -> Callable[[float], float]:
-    return lambda x: float(function(x))
+def _of_float(function: ca.Function, values: FloatArray) -> Potential:
+    return lambda x: float(function(x, values))
+
+
+def _potential_V(pack: Pack, side: str, x: ca.SX, value: dict[str, ca.SX]) -> ca.SX:
+    """Of an electrode, its bumps being as high as `value` has them."""
+    ocp_V = getattr(pack.cell, side).ocp_V
+    plain_V: ca.SX = ocp_V(x)
+    if isinstance(ocp_V, Bumped):
+        plain_V += ocp_V.raised(x, [value[name] for name in ocp_V.names(side)])
+    return plain_V
 
 
 def _root(falling: Callable[[float], float], low: float, high: float) -> float:
@@ -198,11 +214,13 @@ def _windows(value: dict[str, ca.SX], w: ca.SX) -> dict[str, tuple[ca.SX, ca.SX]
 def _equations(pack: Pack, value: dict[str, ca.SX], w: ca.SX) -> list[ca.SX]:
     windows, soc = _windows(value, w), w[2]
     (x_empty, x_full), (full, empty) = windows["negative"], windows["positive"]
-    n, p = pack.cell.negative, pack.cell.positive
     full_V, empty_V = full_and_empty_V(pack)
 
     def rest_V(x: ca.SX, y: ca.SX) -> ca.SX:
-        return p.ocp_V(y) - n.ocp_V(x)
+        negative_V, positive_V = (
+            _potential_V(pack, side, s, value) for side, s in zip(SIDES, (x, y), strict=True)
+        )
+        return positive_V - negative_V
 
     start = x_empty + soc * (x_full - x_empty), empty + soc * (full - empty)
     return [
@@ -225,9 +243,10 @@ def _expressions(
         numbers |= own
         fillers.append(1 - value[f"{side}.porosity"] - solid)
     numbers |= _pores("separator", value, base)
+    more = (*ACTIVATIONS, *WARMING, *bump_names(pack.cell))
     for name in (
         "electrolyte.initial_concentration_mol_m3", "electrolyte.diffusivity_factor",
-        "series_resistance_ohm", *(name for name in (*ACTIVATIONS, *WARMING) if name in value),
+        "series_resistance_ohm", *(name for name in more if name in value),
     ):  # fmt: skip
         numbers[name] = value[name]
     numbers["initial_soc"] = soc

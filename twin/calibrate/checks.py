@@ -7,6 +7,7 @@ import numpy as np
 import numpy.typing as npt
 
 from twin.calibrate.objective import Problem
+from twin.calibrate.ocp_correction import slow_test
 from twin.calibrate.reference import ReferenceTest
 from twin.calibrate.settle import settled
 from twin.load import Between
@@ -95,16 +96,15 @@ def predicted(
 ) -> Iterator[FloatArray | None]:
     """The (n,) voltage of test `k` by a fit to the others alone; None while that goes on.
 
-    The weights, what is held and a correction of the open-circuit curve are theirs. Of the test
-    itself only the voltage at its start is used, as a state to start from; and `q`, the fit to all
-    of them, is where this one starts.
+    The weights, what is held and bumps on the open-circuit curve are theirs. Of the test itself
+    only the voltage at its start is used, as a state to start from; and `q`, the fit to all of
+    them, is where this one starts.
     """
     left = [t.as_expected() for i, t in enumerate(problem.tests) if i != k]
     others = problem.holding(()).of_other_tests(left)
-    if problem.correction and problem.correction.test == tests[k].name:
-        others = others.corrected(None)
-    first = q.size - len(problem.tests)
-    best = np.delete(q, first + k)
+    if slow_test(others) is None:
+        others = others.plain()
+    best = others.coordinates(problem.values_by_name(q))
     for s in settled(others, best):
         best = s.q
         yield None

@@ -12,13 +12,14 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from twin.bumps import Bumped, Of, evenly
 from twin.calibrate.cell_map import FILLERS, START_V, CellMap, Infeasible, Mapped, start_names
-from twin.calibrate.ocp_correction import Correction
 from twin.calibrate.parameters import (
     FILLER_EDGE,
     FILLER_LEAST,
     FILLER_STD,
     Parameter,
+    bump_parameters,
     cell_table,
     start_parameters,
 )
@@ -26,6 +27,7 @@ from twin.calibrate.reference import ReferenceTest
 from twin.calibrate.refine import FINE_MESH, PARTS, refined
 from twin.calibrate.resample import Sampled
 from twin.calibrate.single_cell import filler_shares, labelled_C, single_cell
+from twin.cell import Cell, Function
 from twin.effects import SelfHeating
 from twin.kernel import Backend
 from twin.load import Load
@@ -42,6 +44,7 @@ BEYOND_V = 1.0
 it stood there, so that whoever comes further is better."""
 READ_K = 1.0
 """By what a surface is not as warm as the cell is on the whole, and a lump of heat not the cell."""
+ENTROPIC_BUMPS = 6
 SPAN_K = 8.0  # of the tests' temperatures: less does not tell an activation energy from a rate
 
 
@@ -73,29 +76,27 @@ class Problem:
         table: all parameters of the cell, then the start of each test.
         free: (k,) positions in `table` of those that are asked for; the others stay at their mean.
         held: (k,) which of these stay there too, since the tests do not tell them.
-        correction: of the open-circuit curve that is in the cell of `pack`; None if there is none.
+        without: of a cell with bumps on its potential the test that tells it best, and what a fit
+            without them leaves of that, rms [V]; else None.
     """
 
     def __init__(  # noqa: PLR0913
         self, pack: Pack, tests: Sequence[Sampled], *, only: Sequence[str] | None = None,
         table: Sequence[Parameter] | None = None, held: Collection[str] = (),
-        correction: Correction | None = None,
+        without: tuple[str, float] | None = None,
     ) -> None:  # fmt: skip
         """`only` names the parameters of the cell that are free, None all; starts are free.
 
         `held` names free ones that stay at their mean: their coordinates and bounds are 0.
         """
-        self._plain, self.tests = single_cell(pack), tuple(tests)
-        self.pack, self.correction = self._plain, correction
-        if correction:
-            self.pack = replace(self._plain, cell=correction.of_cell(self._plain.cell))
+        self.pack, self.tests, self.without = single_cell(pack), tuple(tests), without
         self._heats = any(isinstance(e, SelfHeating) for e in pack.effects)
         if table is None:
-            table = cell_table(
-                self.pack,
-                warm_and_cold=self._span_K() > SPAN_K,
-                warming=any(self.warming(k) for k in range(len(self.tests))),
-            )
+            warming = any(self.warming(k) for k in range(len(self.tests)))
+            if warming:
+                self.pack = replace(self.pack, cell=_with_entropy(self.pack.cell))
+            warm_and_cold = self._span_K() > SPAN_K
+            table = cell_table(self.pack, warm_and_cold=warm_and_cold, warming=warming)
         cell = tuple(table)
         self.table = (*cell, *start_parameters(self.tests, pack))
         self._of_cell = len(cell)
@@ -132,6 +133,15 @@ class Problem:
         out = self._means()
         out[list(self.free)] = [p.value(c) for p, c in zip(self.parameters, q, strict=True)]
         return out
+
+    def values_by_name(self, q: FloatArray) -> dict[str, float]:
+        """Of all parameters."""
+        return dict(zip((p.name for p in self.table), self.values(q).tolist(), strict=True))
+
+    def coordinates(self, values: Mapping[str, float]) -> FloatArray:
+        """(k,) of the free parameters at values by name; those without one at their mean."""
+        q = [p.coordinate(values[p.name]) if p.name in values else 0.0 for p in self.parameters]
+        return np.asarray(np.clip(q, *self.bounds), dtype=float)
 
     def warming(self, test: int) -> bool:
         """Whether it was measured how the cell warms, and it does so in the twin."""
@@ -228,8 +238,11 @@ class Problem:
         s = sensitivity_of(run, sample.load, names, numbers=given | dict(numbers))
         slopes, warming = (np.zeros((sample.load.time_s.size, len(names))) for _ in range(2))
         n = s.solution.voltage_V.size
-        slopes[:n], warming[:n] = s.voltage, s.temperature
-        warming[n:] = s.temperature[-1] if n else 0.0
+        # no derivative where a particle fills or salt runs out: a step is judged by its cost
+        slopes[:n], warming[:n] = (
+            np.where(np.isfinite(v), v, 0.0) for v in (s.voltage, s.temperature)
+        )
+        warming[n:] = warming[n - 1] if n else 0.0
         return Simulated(
             voltage_V=self._filled(s.solution.voltage_V, sample),
             by_q=slopes[sample.at],
@@ -283,22 +296,45 @@ class Problem:
         """The same with fewer free parameters of the cell, and some of the tests."""
         return self._with(only=names, tests=[self.tests[k] for k in tests], held=())
 
-    def corrected(self, correction: Correction | None) -> "Problem":
-        """The same of the cell with this correction of its open-circuit curve, or without any."""
-        return self._with(correction=correction)
+    def bumped(self, potential: Bumped, *, without: tuple[str, float]) -> "Problem":
+        """The same with bumps on the positive electrode's potential, their heights free."""
+        cell = _with_potential(self.pack.cell, potential)
+        names = potential.names("positive")
+        heights = [p for p in bump_parameters(cell) if p.name in names]
+        table = (*self.table[: self._of_cell], *heights)
+        pack = replace(self.pack, cell=cell)
+        return self._with(pack=pack, table=table, only=[*self._only, *names], without=without)
+
+    def plain(self) -> "Problem":
+        """The same without bumps on that potential."""
+        potential = self.pack.cell.positive.ocp_V
+        if not isinstance(potential, Bumped):
+            return self
+        bumps = potential.names("positive")
+        return self._with(
+            pack=replace(self.pack, cell=_with_potential(self.pack.cell, potential.plain)),
+            table=[p for p in self.table[: self._of_cell] if p.name not in bumps],
+            only=[name for name in self._only if name not in bumps],
+            without=None,
+        )
 
     def _with(self, **changes: Any) -> "Problem":
         """The same but for some of what it was made from."""
         names = [p.name for p in self.parameters]
         given: dict[str, Any] = {
-            "pack": self._plain,
+            "pack": self.pack,
             "tests": self.tests,
-            "only": [name for name in names if not name.startswith(START_V)],
+            "only": self._only,
             "table": self.table[: self._of_cell],
             "held": [name for name, held in zip(names, self.held, strict=True) if held],
-            "correction": self.correction,
+            "without": self.without,
         }
         return Problem(**given | changes)
+
+    @property
+    def _only(self) -> list[str]:
+        """Names of the free parameters of the cell."""
+        return [p.name for p in self.parameters if not p.name.startswith(START_V)]
 
     def _missed_V(self, q: FloatArray, test: int) -> FloatArray:
         """(m,) fine minus coarse; 0 from where either does not come to."""
@@ -383,6 +419,18 @@ class Problem:
         charging = n > 0 and sample.load.current_A[min(n, whole.size - 1)] < 0
         whole[n:] = self._wide.cell.upper_cut_off_V if charging else self._wide.cell.lower_cut_off_V
         return np.asarray(whole[sample.at] + sample.missed_V)
+
+
+def _with_entropy(cell: Cell) -> Cell:
+    """With bumps on the entropic coefficient: what a cell warms by tells it."""
+    p = cell.positive
+    ends = p.stoichiometry_min, p.stoichiometry_max
+    coefficient = evenly(Of.ENTROPY, p.entropic_V_K, *ends, ENTROPIC_BUMPS)
+    return replace(cell, positive=replace(p, entropic_V_K=coefficient))
+
+
+def _with_potential(cell: Cell, ocp_V: Function) -> Cell:
+    return replace(cell, positive=replace(cell.positive, ocp_V=ocp_V))
 
 
 def _workers() -> int:

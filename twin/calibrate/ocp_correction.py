@@ -1,28 +1,30 @@
-"""A smooth correction of the open-circuit curve; `ocp_evidence.py` tells where there is one.
+"""A smooth correction of the open-circuit curve: bumps, fitted with all else.
 
 At rest a cell shows the difference of its potentials alone, so one of them is enough: bumps
-    sum of height_k exp(-((y - centre_k) / width)**2)
-evenly over the window of the positive electrode are added to its potential, in the cell itself.
+evenly over the window of the positive electrode (`twin/bumps.py`), their heights parameters
+with a prior about 0. They are kept where the evidence for them is very strong: Savage and Dickey's
+ratio of the densities at heights of 0, before and after the tests (J. M. Dickey, Ann. Math. Stat.
+42, 204 (1971)), with the covariance of `answer.py`, in which correlated residuals count less.
 """
 
-from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 import numpy.typing as npt
-from scipy.optimize import brentq
 
-from twin.bpx_file import open_circuit_V
-from twin.bpx_function import Expression
-from twin.bpx_out import plus
-from twin.calibrate.cell_map import Infeasible
-from twin.cell import Cell
+from twin.bumps import Bumped, Of, evenly
+from twin.calibrate.answer import Answer
+from twin.calibrate.objective import Problem
+from twin.calibrate.parameters import BUMPS_STD
 
 FloatArray = npt.NDArray[np.float64]
 
-ROWS_A_WIDTH = 15  # of a potential that is a table
+BUMPS = 12
+STRONG = 10.0  # gain from which the evidence counts as very strong (Kass and Raftery, 1995)
+LEAST_V = 2e-3  # rms that it explains: drift of a sensor over hours looks like a smaller one
+PARTS, MOST_PARTS = 10, 5  # of the capacity, and in how many of them the curve has to show
+SLOW_PER_H = 0.25  # of the capacity: a larger current does not tell a potential from losses
 SHOWN = 101  # states of charge
-WINDOW_MOVES = 0.1  # of the stoichiometry, at most, with the correction
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -30,20 +32,16 @@ class Correction:
     """Of the positive electrode's open-circuit potential, and the evidence for it.
 
     Attributes:
-        centres: (k,) of the bumps, stoichiometries from full to empty.
-        width: at which a bump has fallen to 1/e.
+        potential: with bumps, from full to empty.
         heights_V: (k,) of the bumps.
         stds_V: (k,) their standard errors.
-        test: name of the slow discharge.
-        rms_V: what it left without correction,
-        corrected_rms_V: and what the correction is expected to leave.
-        gain: criterion after Schwarz (difference of BIC): least squares saved over the variance
-            left with it (correlation counted, noise at the least), minus ln(samples that tell
-            something) for each bump that the data and not the prior sets.
+        test: name of the test that tells the curve best.
+        rms_V: what a fit without the correction leaves of it,
+        corrected_rms_V: and what is left with it.
+        gain: twice the logarithm of the odds for it.
     """
 
-    centres: tuple[float, ...]
-    width: float
+    potential: Bumped
     heights_V: tuple[float, ...]
     stds_V: tuple[float, ...]
     test: str
@@ -51,24 +49,21 @@ class Correction:
     corrected_rms_V: float
     gain: float
 
-    @property
-    def added(self) -> Expression:
-        """To the potential [V], of the stoichiometry."""
-        return Expression(
-            " + ".join(
-                f"({height!r}) * exp(-((x - {centre!r}) / {self.width!r}) ** 2)"
-                for centre, height in zip(self.centres, self.heights_V, strict=True)
-            )
-        )
-
     def at_V(self, y: FloatArray) -> FloatArray:
         """(m,) at stoichiometries (m,)."""
-        return np.asarray(bumps(y, self.centres, self.width) @ np.array(self.heights_V))
+        off = (y[:, None] - np.array(self.potential.centres)) / self.potential.width
+        return np.asarray(np.exp(-(off**2)) @ np.array(self.heights_V))
 
     def along(self) -> tuple[FloatArray, FloatArray]:
         """(m,) state of charge from full to empty, and what is added there [V]."""
-        y = np.linspace(self.centres[0], self.centres[-1], SHOWN)
-        return np.linspace(1.0, 0.0, SHOWN), self.at_V(y)
+        full, *_, empty = self.potential.centres
+        return np.linspace(1.0, 0.0, SHOWN), self.at_V(np.linspace(full, empty, SHOWN))
+
+    @property
+    def demanded(self) -> bool:
+        """The evidence is very strong, and the test that tells the curve best is of it."""
+        explained_V2 = self.rms_V**2 - self.corrected_rms_V**2
+        return self.gain >= STRONG and explained_V2 >= LEAST_V**2
 
     def __str__(self) -> str:
         soc, added_V = self.along()
@@ -76,54 +71,68 @@ class Correction:
         return (
             f"{self.test}: the open-circuit curve of the cell is corrected, from "
             f"{1e3 * added_V[low]:+.1f} mV at {100 * soc[low]:.0f} % charge to "
-            f"{1e3 * added_V[high]:+.1f} mV at {100 * soc[high]:.0f} %; without it the fit "
-            f"leaves {1e3 * self.rms_V:.1f} mV rms of this test, {1e3 * self.corrected_rms_V:.1f} "
-            "mV of them not explained by such a curve"
+            f"{1e3 * added_V[high]:+.1f} mV at {100 * soc[high]:.0f} %; of this test "
+            f"{1e3 * self.corrected_rms_V:.1f} mV rms are left, {1e3 * self.rms_V:.1f} without it"
         )
 
-    def of_cell(self, cell: Cell) -> Cell:
-        """The same cell with it; its windows end at the same rest voltages, else Infeasible."""
-        every = self.width / ROWS_A_WIDTH
-        positive, branches = cell.positive, cell.positive_hysteresis
-        raised = replace(positive, ocp_V=plus(positive.ocp_V, self.added, every))
-        if branches is not None:
-            branches = replace(
-                branches,
-                lithiation_V=plus(branches.lithiation_V, self.added, every),
-                delithiation_V=plus(branches.delithiation_V, self.added, every),
-            )
-        moved = replace(cell, positive=raised, positive_hysteresis=branches)
-        full, empty = (_end(moved, soc, open_circuit_V(cell, soc)) for soc in (1.0, 0.0))
-        window = replace(raised, stoichiometry_min=full, stoichiometry_max=empty)
-        return replace(moved, positive=window)
 
+def slow_test(problem: Problem) -> int | None:
+    """Position of the test that tells the open-circuit curve best; None if none does.
 
-def bumps(y: FloatArray, centres: Sequence[float], width: float) -> FloatArray:
-    """(m, k) of height 1, at stoichiometries (m,)."""
-    return np.asarray(np.exp(-(((y[:, None] - np.asarray(centres)) / width) ** 2)))
-
-
-def _end(cell: Cell, soc: float, voltage_V: float) -> float:
-    """Positive stoichiometry where the cell, full (soc 1) or empty (0), rests at a voltage.
-
-    Infeasible if that is further than WINDOW_MOVES from where it did before.
+    At rest or slow it must show most parts of it; that with the least largest current is best.
     """
-    positive, full = cell.positive, soc > 0.5
+    least_A = SLOW_PER_H * problem.nominal_C / 3600
+    most_A = {}
+    for k, t in enumerate(problem.tests):
+        current_A = np.abs(t.load.current_A[t.at])
+        parts = np.floor(PARTS * t.drawn_C[current_A < least_A] / problem.nominal_C)
+        if np.unique(parts).size >= MOST_PARTS:
+            most_A[k] = float(current_A.max())
+    return min(most_A, key=lambda k: most_A[k], default=None)
 
-    def above_V(y: float) -> float:
-        moved = (
-            replace(positive, stoichiometry_min=y)
-            if full
-            else replace(positive, stoichiometry_max=y)
-        )
-        return open_circuit_V(replace(cell, positive=moved), soc) - voltage_V
 
-    old = positive.stoichiometry_min if full else positive.stoichiometry_max
-    reach = min(WINDOW_MOVES, old, 1 - old)
-    ends_V = above_V(old - reach), above_V(old + reach)
-    if ends_V[0] * ends_V[1] > 0:
-        raise Infeasible(
-            f"the corrected curve comes to {voltage_V:.3f} V nowhere near {old:.3f}",
-            by=min(map(abs, ends_V)),
-        )
-    return float(brentq(above_V, old - reach, old + reach, xtol=1e-12))
+def with_bumps(problem: Problem, q: FloatArray) -> Problem | None:
+    """The same before any fit, with bumps over the window of the fit `q` (k,), their heights free.
+
+    None if no test tells the open-circuit curve.
+    """
+    slow = slow_test(problem)
+    if slow is None:
+        return None
+    numbers = problem.mapped(q, slow).numbers
+    full, empty = (numbers[f"positive.stoichiometry_{end}"] for end in ("min", "max"))
+    potential = evenly(Of.POTENTIAL, problem.pack.cell.positive.ocp_V, full, empty, BUMPS)
+    without = problem.tests[slow].name, missed_V(problem, q, slow)
+    left = [t.as_expected() for t in problem.tests]
+    problem = problem.of_other_tests(left).holding(())
+    return problem.bumped(potential, without=without)
+
+
+def correction_of(problem: Problem, q: FloatArray, told: Answer) -> Correction | None:
+    """Of the fit `q` (k,) with its `told`; None if its potential has no bumps."""
+    potential, without = problem.pack.cell.positive.ocp_V, problem.without
+    if not isinstance(potential, Bumped) or without is None:
+        return None
+    test, rms_V = without
+    names = potential.names("positive")
+    places = [told.names.index(name) for name in names]
+    heights, covariance = q[places], told.covariance[np.ix_(places, places)]
+    gain = heights @ np.linalg.solve(covariance, heights) + np.linalg.slogdet(covariance)[1]
+    std_V = BUMPS_STD[Of.POTENTIAL]
+    at = [t.name for t in problem.tests]
+    left_V = missed_V(problem, q, at.index(test)) if test in at else np.nan
+    return Correction(
+        potential=potential,
+        heights_V=tuple((std_V * heights).tolist()),
+        stds_V=tuple((std_V * np.sqrt(np.diag(covariance))).tolist()),
+        test=test,
+        rms_V=rms_V,
+        corrected_rms_V=left_V,
+        gain=float(gain),
+    )
+
+
+def missed_V(problem: Problem, q: FloatArray, test: int) -> float:
+    """Rms of measured minus simulated at the compared samples of a test."""
+    off_V = problem.tests[test].voltage_V - problem.simulated(q, test).voltage_V
+    return float(np.sqrt(np.mean(off_V**2)))

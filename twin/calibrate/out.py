@@ -9,11 +9,12 @@ import numpy as np
 import numpy.typing as npt
 
 from twin.bpx_out import scaled, write_bpx
+from twin.bumps import is_bump, settled
 from twin.calibrate.answer import Combination, Estimate
 from twin.calibrate.checks import Fitted
 from twin.calibrate.objective import Problem
 from twin.calibrate.ocp_correction import Correction
-from twin.calibrate.run import Calibration, values_by_name
+from twin.calibrate.run import Calibration
 from twin.cell import Cell, Electrode
 from twin.effects import SeriesResistance, WeakCell
 from twin.pack import Pack
@@ -22,7 +23,7 @@ from twin.pack_file import PackFile
 FloatArray = npt.NDArray[np.float64]
 
 FIT_VERSION = 1
-TRANSFER = "heat_transfer_W_m2_K"
+TRANSFER, TRANSFER_STD = "heat_transfer_W_m2_K", "heat_transfer_std_W_m2_K"
 
 
 def calibrated_cell(found: Calibration) -> Cell:
@@ -33,7 +34,7 @@ def calibrated_cell(found: Calibration) -> Cell:
 def cell_of(problem: Problem, q: FloatArray) -> Cell:
     """The same of a fit that goes on; `q` (k,) its coordinates."""
     pack, numbers = problem.pack, problem.mapped(q, 0).numbers
-    cell, base = pack.cell, pack.cell_parameters()
+    cell, base = settled(pack.cell, numbers), pack.cell_parameters()
     salt = cell.electrolyte
     return replace(
         cell,
@@ -58,7 +59,7 @@ def cell_of(problem: Problem, q: FloatArray) -> Cell:
                 "electrolyte.conductivity_activation_J_mol", salt.conductivity_activation_J_mol
             ),
         ),
-        nominal_capacity_C=values_by_name(problem, q)["capacity_C"],
+        nominal_capacity_C=problem.values_by_name(q)["capacity_C"],
         area_m2=base["area_m2"],
         heat_capacity_J_K=numbers.get("heat_capacity_J_K", base["heat_capacity_J_K"]),
         cooling_area_m2=base["cooling_area_m2"],
@@ -81,14 +82,16 @@ def pack_text(
     `weak` are the cells that differ from it.
     """
     content = file.model_dump(exclude_none=True)
-    capacity_C = values_by_name(found.problem, found.q)["capacity_C"] * pack.parallel
+    capacity_C = found.problem.values_by_name(found.q)["capacity_C"] * pack.parallel
     content["pack"] |= {"cell": cell, "capacity_ah": capacity_C / 3600.0}
     resistance = found.numbers["series_resistance_ohm"] * pack.series / pack.parallel
     physics = [id_ for id_ in (e.id for e in pack.effects) if id_ != SeriesResistance.id]
     content["twin"]["physics"] = [*dict.fromkeys(physics), SeriesResistance.id]
     content["effects"] = content["effects"] | {SeriesResistance.id: {"resistance_ohm": resistance}}
     if TRANSFER in found.numbers:
-        content["environment"] = content["environment"] | {TRANSFER: found.numbers[TRANSFER]}
+        (told,) = (e for e in found.answer.estimates if e.name == TRANSFER)
+        cooling = {TRANSFER: told.value, TRANSFER_STD: told.std}
+        content["environment"] = content["environment"] | cooling
     if weak:
         content["twin"]["physics"].append(WeakCell.id)
         content["effects"][WeakCell.id] = [asdict(w) for w in weak]
@@ -123,7 +126,7 @@ def fit_text(found: Calibration, more: Mapping[str, Any] | None = None) -> str:
     told = found.answer
     document = {
         "version": FIT_VERSION,
-        "values": values_by_name(found.problem, found.q),
+        "values": found.problem.values_by_name(found.q),
         "parameters": [_estimate(e) for e in told.estimates],
         "held": told.held,
         "derived": [_estimate(e) for e in told.derived],
@@ -136,7 +139,7 @@ def fit_text(found: Calibration, more: Mapping[str, Any] | None = None) -> str:
         "advice": [
             {"test": a.name, "gain_nats": a.gain, "helps": dict(a.helps)} for a in found.advice
         ],
-        "ocp_correction": _correction(found.problem.correction),
+        "ocp_correction": _correction(found.correction),
         "information": {
             "tests": found.information.tests,
             "effect_mV": _by_test(1e3 * found.information.effect_V, found),
@@ -152,7 +155,7 @@ def _electrode(electrode: Electrode, side: str, numbers: Mapping[str, float]) ->
     own: dict[str, Any] = {
         name.removeprefix(f"{side}."): value
         for name, value in numbers.items()
-        if name.startswith(f"{side}.")
+        if name.startswith(f"{side}.") and not is_bump(name)
     }
     factor = own.pop("diffusivity_factor")
     return replace(electrode, diffusivity_m2_s=scaled(electrode.diffusivity_m2_s, factor), **own)
@@ -191,11 +194,11 @@ def _correction(c: Correction | None) -> dict[str, Any] | None:
         return None
     soc, added_V = c.along()
     return {
-        "electrode": "positive", "test": c.test, "bic_gain": c.gain, "rms_mV": 1e3 * c.rms_V,
+        "electrode": "positive", "test": c.test, "evidence": c.gain, "rms_mV": 1e3 * c.rms_V,
         "corrected_rms_mV": 1e3 * c.corrected_rms_V,
         "soc": soc[::5].round(3).tolist(), "added_mV": (1e3 * added_V[::5]).round(3).tolist(),
         "bumps": {
-            "stoichiometry": c.centres, "width": c.width,
+            "stoichiometry": c.potential.centres, "width": c.potential.width,
             "height_mV": [1e3 * v for v in c.heights_V], "std_mV": [1e3 * v for v in c.stds_V],
         },
     }  # fmt: skip

@@ -51,6 +51,7 @@ class Sampled:
         start_sigma_V: and how well that is known.
         temperature_K: (m,) measured on the cell there; None if it was not.
         missed_V: (m,) what coarse steps and mesh miss there, added to what is simulated.
+        model_V: what the model may miss in each sample, beside noise and FLOOR_V; in `sigma_V`.
     """
 
     name: str
@@ -65,10 +66,17 @@ class Sampled:
     start_sigma_V: float
     temperature_K: FloatArray | None = None
     missed_V: FloatArray | float = 0.0
+    model_V: float = 0.0
 
     def as_expected(self) -> "Sampled":
         """The same before anything was fitted to it."""
-        return replace(self, sigma_V=expected_V(self.noise_V, self.count), missed_V=0.0)
+        sigma_V = np.hypot(expected_V(self.noise_V, self.count), self.model_V)
+        return replace(self, sigma_V=sigma_V, missed_V=0.0)
+
+    def of_a_model(self, missed_V: float, alike: float) -> "Sampled":
+        """Expected to be missed by `missed_V`, in so many stretches of samples that err alike."""
+        model_V = missed_V * float(np.sqrt(max(1.0, self.at.size / alike)))
+        return replace(self, model_V=model_V).as_expected()
 
 
 def sampled(test: ReferenceTest, capacity_C: float) -> Sampled:

@@ -1,13 +1,14 @@
 """From tests to a calibrated cell: `fit` step by step, `conclude` at the end.
 
 First the stoichiometry windows and the capacity from the slowest test, which shows little else;
-then all parameters by least squares from there. Where that leaves more than the noise explains,
-once more with salt that lasts; then a search of the whole box, and least squares from what it
-found. Then `settle.py`. Last, where the slow test demands it and all agree, a correction of the
-open-circuit curve.
+then all parameters by least squares from there, and once more with salt that lasts, as if the twin
+missed each test by some millivolts. Where it misses less, as if it were the cell. Where it is not,
+a search of the whole box, and least squares from what it found. Then `settle.py`. Last, where the
+tests demand it, a correction of the open-circuit curve.
 """
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from typing import Protocol
 
@@ -20,13 +21,19 @@ from twin.calibrate.cell_map import Infeasible
 from twin.calibrate.checks import Fitted, fitted, predicted
 from twin.calibrate.information import Information, information
 from twin.calibrate.objective import Problem
-from twin.calibrate.ocp_correction import Correction
-from twin.calibrate.ocp_evidence import demanded
+from twin.calibrate.ocp_correction import Correction, correction_of, missed_V, with_bumps
 from twin.calibrate.parameters import EMPTY_ENDS
 from twin.calibrate.polish import Polished, polish
 from twin.calibrate.reference import ReferenceTest, left_unknown
 from twin.calibrate.resample import sampled
-from twin.calibrate.settle import Settled, least_squares, weighed
+from twin.calibrate.settle import (
+    MISSED_V,
+    Settled,
+    held_back,
+    least_squares,
+    of_a_model,
+    settled,
+)
 from twin.calibrate.single_cell import labelled_C
 from twin.calibrate.table import CalibrationError
 from twin.effects import OF_CELL
@@ -85,8 +92,8 @@ class Progress:
 
     Attributes:
         stage: what is being done, in a word or two.
-        problem: whose coordinates they are; its tests weigh less where the model misses them, and
-            at the end what they do not tell is held.
+        problem: whose coordinates they are; its tests weigh less where the twin is not the cell,
+            and at the end what they do not tell is held.
         q: (k,) coordinates.
         cost: half the sum of squared residuals of `problem`.
         rms_V: measured minus simulated, root mean square over the compared samples.
@@ -116,6 +123,7 @@ class Calibration:
         advice: further tests, the most informative first.
         remarks: what was detected in the tests, and what they leave unknown.
         information: of each test about each parameter.
+        correction: of the open-circuit curve, if there is one.
         missing: what was not computed, in words.
     """
 
@@ -127,6 +135,7 @@ class Calibration:
     advice: tuple[Advice, ...]
     remarks: tuple[str, ...]
     information: Information
+    correction: Correction | None
     missing: tuple[str, ...]
 
 
@@ -159,13 +168,15 @@ def fit(
     squares alone do not explain the tests; None leaves it at them.
     """
     best = None
-    for best in _fresh(problem) if start is None else _polished(problem, _from(problem, start)):
+    begin = None if start is None else problem.coordinates(start)
+    for best in _fresh(problem) if begin is None else _gone_on(problem, begin):
         yield best
     assert best is not None
     if search is None or _explained(best):
         yield from _finished(best)
         return
     # without what steps and mesh miss at one point: a search that is gone on with is the same one
+    problem = problem.of_other_tests([t.as_expected() for t in best.problem.tests])
     best = _progress(problem, best.stage, best.q, problem.cost(best.q))
     low, high = problem.bounds
     unit = (best.q - low) / (high - low)
@@ -180,43 +191,24 @@ def fit(
 
 
 def _finished(start: Progress) -> Iterator[Progress]:
-    """`weighed`; then the open-circuit curve corrected, where the tests demand it.
+    """`held_back`; then all again with bumps on the open-circuit curve, if the tests demand them.
 
-    Once as all else was fitted without it, and once with all fitted again: losses that followed a
-    wrong curve hide in other tests what the slow one demands. Each is kept if the tests together
-    are followed better with it.
+    All again: losses that followed a wrong curve hide in other tests what the slow ones demand.
     """
     best = start
-    for best in _weighed(start):
-        yield best
-    found = demanded(best.problem, best.q)
-    whole = None if found is None else _corrected(best, found)
-    if whole is None:
+    for s in held_back(Settled(start.problem, start.q, start.cost)):
+        yield (best := _progress(s.problem, LEAST_SQUARES, s.q, s.cost))
+    bumped = None if _explained(start) else with_bumps(best.problem, best.q)
+    if bumped is None:
         return
-    trials = [best, whole]
-    for again in _polished(whole.problem, best.q):
-        trials[2:] = [again]
-        yield replace(best, stage=CORRECTION)
-    yield replace(min(trials, key=_mean_square_V2), stage=CORRECTION)
-
-
-def _corrected(best: Progress, found: Correction) -> Progress | None:
-    """With the curve corrected; None if no cell has it."""
-    try:
-        whole = best.problem.corrected(found)
-        whole.mapped(best.q, 0)
-    except Infeasible:
-        return None
-    return _progress(whole, CORRECTION, best.q, whole.cost(best.q))
-
-
-def _mean_square_V2(at: Progress) -> float:
-    """Of measured minus simulated, all tests counting alike."""
-    tests, residuals = at.problem.tests, at.problem.residuals(at.q)
-    stops = np.cumsum([t.at.size for t in tests])
-    parts = np.split(residuals[: stops[-1]], stops[:-1])
-    squares = [np.mean((r * t.sigma_V) ** 2) for t, r in zip(tests, parts, strict=True)]
-    return float(np.mean(squares))
+    end = None
+    with suppress(Infeasible):
+        for step in settled(bumped, bumped.coordinates(best.problem.values_by_name(best.q))):
+            end = step
+            yield replace(best, stage=CORRECTION)
+    found = end and correction_of(end.problem, end.q, answer(end.problem, end.q))
+    if end and found and found.demanded:
+        yield _progress(end.problem, CORRECTION, end.q, end.cost)
 
 
 def conclusions(
@@ -230,13 +222,15 @@ def conclusions(
     told = answer(problem, q)
     others = tuple(f"{t.name} predicted from the other tests" for t in tests if len(tests) > 1)
     remarks = [f"{t.name}: {r}" for t in tests for r in t.remarks]
-    remarks += [str(problem.correction)] if problem.correction else []
+    correction = correction_of(problem, q, told)
+    remarks += [str(correction)] if correction else []
     found = Calibration(
         problem=problem,
         q=q,
         numbers=problem.mapped(q, 0).numbers,
         answer=told,
         information=information(problem, q),
+        correction=correction,
         fitted=fitted(problem, q, tests),
         advice=(),
         remarks=(*remarks, *left_unknown(tuple(tests), problem.pack)),
@@ -265,29 +259,41 @@ def conclude(
     return last
 
 
-def values_by_name(problem: Problem, q: FloatArray) -> dict[str, float]:
-    """Of all parameters: what `fit` can go on from."""
-    names = [p.name for p in problem.table]
-    return dict(zip(names, problem.values(q).tolist(), strict=True))
-
-
 def _fresh(problem: Problem) -> Iterator[Progress]:
     best = None
     for best in _windows(problem):
         yield best
     assert best is not None
-    start = best.q
-    for best in _polished(problem, start):
-        yield best
-    if not _explained(best):
-        for other in _polished(problem, _plentiful(problem, start)):
-            if other.cost < best.cost:
+    yield from _followed(problem, [best.q, _plentiful(problem, best.q)])
+
+
+def _gone_on(problem: Problem, q: FloatArray) -> Iterator[Progress]:
+    """From an earlier fit."""
+    if _explained(_progress(problem, LEAST_SQUARES, q, problem.cost(q))):
+        yield from _polished(problem, q)
+    else:
+        yield from _followed(problem, [q])
+
+
+def _followed(problem: Problem, starts: Sequence[FloatArray]) -> Iterator[Progress]:
+    """Least squares from the best of `starts`, the twin taken for the cell only if it may be."""
+    best, loose = None, of_a_model(problem)
+    for start in starts:
+        for other in _polished(loose, start):
+            if best is None or other.cost < best.cost:
                 yield (best := other)
+    assert best is not None
+    if max(missed_V(best.problem, best.q, k) for k in range(len(problem.tests))) < MISSED_V:
+        *_, close = _polished(problem, best.q)
+        if _explained(close):
+            yield close
 
 
 def _explained(best: Progress) -> bool:
-    """Little is left but noise."""
-    return best.cost < EXPLAINED * 0.5 * sum(t.at.size for t in best.problem.tests)
+    """Little is left but noise, and nothing else was expected."""
+    tests = best.problem.tests
+    as_the_cell = not any(t.model_V for t in tests)
+    return as_the_cell and best.cost < EXPLAINED * 0.5 * sum(t.at.size for t in tests)
 
 
 def _plentiful(problem: Problem, q: FloatArray) -> FloatArray:
@@ -337,23 +343,12 @@ def _polished(problem: Problem, q: FloatArray) -> Iterator[Progress]:
         yield _progress(s.problem, LEAST_SQUARES, s.q, s.cost)
 
 
-def _weighed(best: Progress) -> Iterator[Progress]:
-    for s in weighed(Settled(best.problem, best.q, best.cost)):
-        yield _progress(s.problem, LEAST_SQUARES, s.q, s.cost)
-
-
 def _slowest(problem: Problem) -> int:
     """Position of the test with the least current of those that draw most of the charge."""
     spans = np.array([np.ptp(t.drawn_C) for t in problem.tests])
     mean_A = [spans[k] / t.load.time_s[-1] for k, t in enumerate(problem.tests)]
     whole = spans > WHOLE_TEST * problem.nominal_C
     return int(np.argmin(np.where(whole, mean_A, np.inf))) if whole.any() else int(spans.argmax())
-
-
-def _from(problem: Problem, start: Mapping[str, float]) -> FloatArray:
-    low, high = problem.bounds
-    q = [p.coordinate(start[p.name]) if p.name in start else 0.0 for p in problem.parameters]
-    return np.asarray(np.clip(q, low, high), dtype=float)
 
 
 def _progress(problem: Problem, stage: str, q: FloatArray, cost: float) -> Progress:

@@ -27,7 +27,7 @@ from twin.calibrate.known import known
 from twin.calibrate.polish import polish
 from twin.calibrate.reference import ReferenceTest
 from twin.calibrate.resample import FLOOR_V, sampled
-from twin.calibrate.run import Progress, fit, values_by_name
+from twin.calibrate.run import Progress, fit
 from twin.effects import WeakCell
 
 FloatArray = npt.NDArray[np.float64]
@@ -126,7 +126,7 @@ def part(
     )  # fmt: skip
     nominal_C = best.problem.nominal_C
     problem = best.problem.of_other_tests([sampled(t, nominal_C) for t in own])
-    *_, again = fit(problem, start=values_by_name(best.problem, best.q))
+    *_, again = fit(problem, start=best.problem.values_by_name(best.q))
     unlike = _unlike(again, tests, parallel=parallel, soc=soc)
     return Parted(best=again, tests=own, unlike=unlike)
 

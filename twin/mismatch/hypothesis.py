@@ -17,8 +17,8 @@ from twin.effects.effect import Parameter
 from twin.pack import Pack
 
 STATED = log(1.2)
-"""Of a stated heat transfer: calibrations of one cell to several choices of its tests scatter by 4
-to 10 % in four cells (`proof.recorded.base`); tenfold in a fifth, which they warm by only 3 K."""
+"""Of a stated heat transfer, at least: calibrations of one cell to several choices of its tests
+scatter by 4 to 10 % in four cells (`proof.recorded.base`)."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -55,12 +55,15 @@ class Hypothesis:
     def priors(self, pack: Pack) -> tuple[Parameter, ...]:
         """`fitted`, `value` being the centre: that of the pack, else nothing or what is usual.
 
-        Cooling that the pack states is known within STATED, though its losses do not heat it yet.
+        Cooling that the pack states is known within its error, or STATED if that is more, though
+        its losses do not heat it yet.
         """
         own, stated = self.present(pack), pack.heat_transfer_W_m2_K
         if self.kind is SelfHeating and own is None and stated is not None:
             (p,) = self.parameters
-            return (replace(p, value=max(stated, p.lower), prior_std=STATED),)
+            value = max(stated, p.lower)
+            error = (pack.heat_transfer_std_W_m2_K or 0.0) / value
+            return (replace(p, value=value, prior_std=min(max(error, STATED), p.prior_std)),)
         values = [p.value if own is None else getattr(own, p.name) for p in self.parameters]
         return tuple(
             replace(p, value=max(value, p.lower) if p.logarithmic else value)

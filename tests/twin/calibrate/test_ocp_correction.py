@@ -10,15 +10,28 @@ import numpy as np
 import numpy.typing as npt
 import pytest
 
-from tests.twin.calibrate.synthetic import cell_pack, empty_tests, measured
+from tests.twin.calibrate.synthetic import cell_pack, empty_tests, load_of, measured
 from twin.bpx_file import open_circuit_V, read_bpx
 from twin.bpx_function import Constant, Expression, Table
 from twin.bpx_out import plus, write_bpx
 from twin.builtin import load_cell
-from twin.calibrate.ocp_correction import Correction
-from twin.calibrate.ocp_evidence import correction_of, slow_discharge
-from twin.calibrate.run import Progress, fit, problem_of
-from twin.cell import Function
+from twin.bumps import Of, bump_names, evenly, settled
+from twin.calibrate.objective import Problem
+from twin.calibrate.ocp_correction import (
+    BUMPS,
+    Correction,
+    missed_V,
+    slow_test,
+    with_bumps,
+)
+from twin.calibrate.out import cell_of
+from twin.calibrate.reference import ReferenceTest
+from twin.calibrate.run import Calibration, Progress, conclude, fit, problem_of
+from twin.cell import Cell, Function
+from twin.effects import SelfHeating
+from twin.load import Load
+from twin.pack import Pack
+from twin.simulate import simulate
 
 FloatArray = npt.NDArray[np.float64]
 
@@ -30,38 +43,97 @@ def values(function: Function, at: FloatArray) -> FloatArray:
     return np.asarray(ca.Function("f", [X], [function(X)])(at[None, :])).ravel()
 
 
-def of_residual(seed: int, *, bump: bool, colour: float = 0.0) -> Correction | None:
-    """600 samples with 1 mV of noise, `colour` of each handed on to the next."""
-    y, random = np.linspace(0.25, 0.74, 600), np.random.default_rng(seed)
-    noise = random.standard_normal(y.size)
-    for k in range(1, y.size):
-        noise[k] = colour * noise[k - 1] + (1 - colour**2) ** 0.5 * noise[k]
-    residual_V = 1e-3 * noise + (values(BUMP, y) if bump else 0.0)
-    return correction_of("slow", y, residual_V, np.full(y.size, 1e-3))
+def bumped(cell: Cell) -> tuple[Cell, dict[str, float]]:
+    """With bumps of about 10 mV on its positive potential, and of 0.3 mV/K on its entropy."""
+    p = cell.positive
+    ends = p.stoichiometry_min, p.stoichiometry_max
+    random = np.random.default_rng(1)
+    potential = evenly(Of.POTENTIAL, p.ocp_V, *ends, BUMPS)
+    entropy = evenly(Of.ENTROPY, p.entropic_V_K, *ends, 6)
+    own = replace(cell, positive=replace(p, ocp_V=potential, entropic_V_K=entropy))
+    heights = np.append(random.normal(0.0, 0.01, BUMPS), random.normal(0.0, 3e-4, 6))
+    return own, dict(zip(bump_names(own), heights.tolist(), strict=True))
 
 
-@pytest.mark.parametrize("seed", range(3))
-def test_what_is_concealed_in_the_potential_is_found(seed: int) -> None:
-    found = of_residual(seed, bump=True)
-    assert found is not None
-    y = np.linspace(0.25, 0.74, 100)
-    assert found.at_V(y) == pytest.approx(values(BUMP, y), abs=2e-3)  # narrower than the bumps
-    assert found.at_V(y) == pytest.approx(values(found.added, y), abs=1e-12)
-    assert found.corrected_rms_V == pytest.approx(1e-3, rel=0.2)
-    assert max(found.stds_V) < 1e-3
+@pytest.mark.parametrize("name", ["lipo_2200", "lg_m50"])
+def test_bumps_as_numbers_of_the_kernel_are_the_potential_they_add_up_to(name: str) -> None:
+    plain = load_cell(name)
+    cell, heights = bumped(plain)
+    rate_A = plain.nominal_capacity_C / 3600
+    load = Load(time_s=np.arange(0.0, 1200.0, 5.0), current_A=np.full(240, 2.0 * rate_A))
+    heated = Pack(cell=cell, effects=(SelfHeating(),))
+    got = simulate(replace(heated, moved=tuple(heights.items())), load)
+    expected = simulate(replace(heated, cell=settled(cell, heights)), load)
+    assert got.voltage_V == pytest.approx(expected.voltage_V, abs=1e-9)
+    assert got.temperature_K == pytest.approx(expected.temperature_K, abs=1e-9)
+    without = simulate(replace(heated, cell=plain), load)
+    assert np.abs(got.voltage_V - without.voltage_V).max() > 5e-3
+    assert np.abs(got.temperature_K - without.temperature_K).max() > 0.1
 
 
-@pytest.mark.parametrize("colour", [0.0, 0.9])
-def test_noise_demands_no_correction(colour: float) -> None:
-    assert not any(of_residual(seed, bump=False, colour=colour) for seed in range(20))
+def test_a_cell_without_bumps_has_no_number_more() -> None:
+    cell = load_cell("lipo_2200")
+    assert bump_names(cell) == ()
+    assert settled(cell, {}) == cell
 
 
-def test_a_test_with_pulses_is_no_slow_discharge_however_long_it_rests() -> None:
+@pytest.mark.parametrize("name", ["lipo_2200", "lg_m50"])
+def test_cells_with_bumps_rest_full_and_empty_where_they_did_and_are_written_as_bpx(
+    name: str,
+) -> None:
+    problem, q = bumpy(name)
+    after = cell_of(problem, q)
+    for soc in (0.0, 1.0):
+        at_end_V = open_circuit_V(problem.pack.cell, soc)
+        assert open_circuit_V(after, soc) == pytest.approx(at_end_V, abs=1e-9)
+        assert problem.rest_V(q, soc) == pytest.approx(at_end_V, abs=1e-9)
+    again = read_bpx(write_bpx(after, description="a test"), name="again")
+    assert again.positive == after.positive
+
+
+def bumpy(name: str) -> tuple[Problem, FloatArray]:
+    """A test, bumps free, and coordinates of a drawn cell with some."""
+    tests, truth, _ = measured(cell_pack(name), 3, ("0.1C",))
+    plain = problem_of(cell_pack(name), tests)
+    problem = with_bumps(plain, truth)
+    assert problem is not None
+    heights = np.random.default_rng(2).normal(0.0, 0.5, BUMPS)
+    heights_V = dict(zip(bump_names(problem.pack.cell), 0.01 * heights, strict=True))
+    return problem, problem.coordinates(plain.values_by_name(truth) | heights_V)
+
+
+@pytest.mark.parametrize("name", ["lipo_2200", "lg_m50"])
+def test_derivatives_by_heights_are_those_of_the_residuals(name: str) -> None:
+    problem, q = bumpy(name)
+    residuals, slopes = problem.linearised(q)
+    assert residuals == pytest.approx(problem.residuals(q))
+    names = [p.name for p in problem.parameters]
+    for height in bump_names(problem.pack.cell)[::4]:
+        step = np.zeros(q.size)
+        step[names.index(height)] = 1e-4
+        change = (problem.residuals(q + step) - problem.residuals(q - step)) / 2e-4
+        got = slopes[:, names.index(height)]
+        assert np.abs(got - change).max() < 1e-4 * np.abs(change).max()
+    assert [p.name for p in problem.plain().parameters] == [n for n in names if "bump" not in n]
+
+
+def rested() -> ReferenceTest:
+    """At 1C from rest to rest, six of them."""
+    stages = ((0.0, 60.0, 10.0), (1.0, 600.0, 10.0), (0.0, 600.0, 30.0)) * 5
+    time_s, current_A = load_of(stages, cell_pack().cell.nominal_capacity_C / 3600)
+    return ReferenceTest(
+        name="rests", time_s=time_s, current_A=current_A, voltage_V=np.full(time_s.size, 4.0)
+    )
+
+
+def test_slow_tests_and_rests_tell_the_curve_and_fast_ones_do_not() -> None:
     pack = cell_pack()
-    tests = empty_tests(pack)
-    slow = [t.name for t in tests].index("0.1C")
-    assert slow_discharge(problem_of(pack, tests)) == slow
-    assert slow_discharge(problem_of(pack, [t for t in tests if t.name != "0.1C"])) is None
+    tests = {t.name: t for t in empty_tests(pack)}
+    names = list(tests)
+    assert slow_test(problem_of(pack, list(tests.values()))) == names.index("0.1C")
+    assert slow_test(problem_of(pack, [tests["2C"]])) is None
+    assert with_bumps(problem_of(pack, [tests["2C"]]), np.zeros(20)) is None
+    assert slow_test(problem_of(pack, [tests["2C"], rested()])) == 1
 
 
 @pytest.mark.parametrize(
@@ -74,26 +146,68 @@ def test_a_function_plus_an_expression_is_the_sum(function: Function) -> None:
     assert got == pytest.approx(values(function, x) + values(BUMP, x), abs=2e-4)  # of a table
 
 
-def corrected() -> Correction:
-    found = of_residual(0, bump=True)
+def told(**changes: float) -> Correction:
+    potential = evenly(Of.POTENTIAL, Constant(3.3), 0.2, 0.8, 3)
+    given = {"rms_V": 0.02, "corrected_rms_V": 0.005, "gain": 50.0} | changes
+    return Correction(
+        potential=potential, heights_V=(0.0, 0.01, 0.0), stds_V=(1e-3,) * 3, test="C/10", **given
+    )
+
+
+def test_what_demands_a_correction_is_strong_evidence_also_in_the_slow_test() -> None:
+    assert told().demanded
+    assert not told(gain=9.0).demanded
+    assert not told(corrected_rms_V=0.0199).demanded  # as much as a sensor drifts
+    assert not told(corrected_rms_V=0.03).demanded  # it serves the fast tests
+    assert "+10.0 mV at 50 %" in str(told())
+
+
+@cache
+def fitted() -> tuple[list[ReferenceTest], list[Progress]]:
+    """The built-in cell, fitted to tests of one with another potential."""
+    pack = cell_pack()
+    positive = pack.cell.positive
+    other = replace(positive, ocp_V=plus(positive.ocp_V, BUMP, 0.005))
+    truth = replace(pack, cell=replace(pack.cell, positive=other))
+    tests, _, _ = measured(truth, 1, ("0.1C", "2C"))
+    return tests, list(fit(problem_of(pack, tests)))
+
+
+@cache
+def concluded() -> Calibration:
+    tests, steps = fitted()
+    return conclude(steps[-1].problem, steps[-1].q, tests, cross_validate=False)
+
+
+def test_a_fit_finds_the_correction_of_a_cell_with_another_potential() -> None:
+    before, after = fitted()[1][-2:]
+    assert before.problem.without is None
+    assert after.problem.without is not None
+    slow, fast = ([missed_V(s.problem, s.q, k) for s in (before, after)] for k in range(2))
+    assert slow[1] < 0.6 * slow[0]
+    assert fast[1] < 0.6 * fast[0]  # losses had followed the wrong curve
+    found = concluded().correction
     assert found is not None
-    return found
+    assert (found.test, found.demanded) == ("0.1C", True)
+    assert found.rms_V == pytest.approx(slow[0], rel=1e-3)
+    assert any("open-circuit curve" in remark for remark in concluded().remarks)
 
 
-def test_a_corrected_cell_rests_full_and_empty_where_it_did_and_is_written_as_bpx() -> None:
-    cell = load_cell("lipo_2200")
-    after = corrected().of_cell(cell)
-    for soc in (0.0, 1.0):
-        assert open_circuit_V(after, soc) == pytest.approx(open_circuit_V(cell, soc), abs=1e-9)
-    assert open_circuit_V(after, 0.5) - open_circuit_V(cell, 0.5) == pytest.approx(0.015, abs=3e-3)
-    again = read_bpx(write_bpx(after, description="a test"), name="again")
-    assert again.positive == after.positive
-    assert "+14.7 mV at 49 %" in str(corrected())
+def test_the_corrected_cell_rests_as_the_true_one_does() -> None:
+    pack, found = cell_pack(), concluded()
+    positive = pack.cell.positive
+    truth = replace(positive, ocp_V=plus(positive.ocp_V, BUMP, 0.005))
+    after = cell_of(found.problem, found.q).positive
+    y = np.linspace(positive.stoichiometry_min + 0.05, positive.stoichiometry_max - 0.05, 60)
+    off_V = values(after.ocp_V, y) - values(truth.ocp_V, y)
+    plain_V = values(positive.ocp_V, y) - values(truth.ocp_V, y)
+    assert np.std(off_V) < 0.5 * np.std(plain_V)
 
 
 @pytest.mark.slow
 def test_other_tools_read_the_same_potential(tmp_path: Path) -> None:
-    after = corrected().of_cell(load_cell("lipo_2200"))
+    cell, heights = bumped(load_cell("lipo_2200"))
+    after = settled(cell, heights)
     file = tmp_path / "cell.bpx.json"
     file.write_text(write_bpx(after, description="a test"), encoding="utf-8")
     with warnings.catch_warnings():
@@ -104,35 +218,3 @@ def test_other_tools_read_the_same_potential(tmp_path: Path) -> None:
     x = np.linspace(0.25, 0.7, 10)
     theirs = [float(loaded.evaluate(potential(pybamm.Scalar(float(at))))) for at in x]
     assert theirs == pytest.approx(values(after.positive.ocp_V, x).tolist(), abs=1e-9)
-
-
-@cache
-def fitted() -> list[Progress]:
-    """The built-in cell, fitted to tests of one with another potential."""
-    pack = cell_pack()
-    positive = pack.cell.positive
-    other = replace(positive, ocp_V=plus(positive.ocp_V, BUMP, 0.005))
-    truth = replace(pack, cell=replace(pack.cell, positive=other))
-    tests, _, _ = measured(truth, 1, ("0.1C", "2C"))
-    return list(fit(problem_of(pack, tests)))
-
-
-def rms_V(step: Progress) -> list[float]:
-    """Of each test."""
-    voltages = [step.problem.simulated(step.q, k).voltage_V for k in range(2)]
-    return [
-        float(np.sqrt(np.mean((t.voltage_V - v) ** 2)))
-        for t, v in zip(step.problem.tests, voltages, strict=True)
-    ]
-
-
-@pytest.mark.slow
-def test_a_fit_finds_the_correction_of_a_cell_with_another_potential() -> None:
-    steps = fitted()
-    before, after = steps[-2:]
-    assert before.problem.correction is None
-    assert after.problem.correction is not None
-    assert after.problem.correction.test == "0.1C"
-    slow, fast = zip(rms_V(before), rms_V(after), strict=True)
-    assert slow[1] < 0.6 * slow[0]
-    assert fast[1] < 0.6 * fast[0]  # fitted again: losses had followed the wrong curve
