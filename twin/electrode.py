@@ -9,7 +9,7 @@ import numpy.typing as npt
 
 from twin import kinetics, particle
 from twin.bumps import Bumped
-from twin.cell import Electrode, Function, Hysteresis
+from twin.cell import Electrode, Hysteresis
 from twin.constants import FARADAY_C_mol
 from twin.effects import ocv_hysteresis
 from twin.effects.stress_enhanced_diffusion import enhancement
@@ -118,20 +118,16 @@ class ElectrodeSymbols:
     def open_circuit_V(self, surface: ca.SX, temperature_K: ca.SX) -> ca.SX:
         """U(x) + (T - T_ref) dU/dT(x), (n,), steep at both ends (`ends_V`)."""
         warmer_K = temperature_K - self.p["reference_K"]
-        plain = self._raised(self.electrode.ocp_V, surface) + ends_V(surface)
-        return plain + warmer_K * self._raised(self.electrode.entropic_V_K, surface)
+        ocp_V = self.electrode.ocp_V
+        plain = ocp_V(surface) + ends_V(surface)
+        if isinstance(ocp_V, Bumped):
+            plain += ocp_V.raised_V(surface, [self.p[name] for name in ocp_V.names(self.name)])
+        return plain + warmer_K * self.electrode.entropic_V_K(surface)
 
     def enthalpy_V(self, surface: ca.SX, temperature_K: ca.SX) -> ca.SX:
         """U - T dU/dT, (n,): the reaction's heat per charge."""
-        entropic = self._raised(self.electrode.entropic_V_K, surface)
+        entropic = self.electrode.entropic_V_K(surface)
         return self.open_circuit_V(surface, temperature_K) - temperature_K * entropic
-
-    def _raised(self, function: Function, surface: ca.SX) -> ca.SX:
-        """(n,) a function of stoichiometry, its bumps as high as the parameters have them."""
-        plain = function(surface)
-        if not isinstance(function, Bumped):
-            return plain
-        return plain + function.raised(surface, [self.p[n] for n in function.names(self.name)])
 
     def potential_V(
         self, surface: ca.SX, reaction: ca.SX, salt: ca.SX, temperature_K: ca.SX

@@ -4,7 +4,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from reports.quantity import significant
-from twin.bumps import Of, is_bump
+from twin.bumps import HEIGHT, is_bump
 from twin.calibrate.answer import Estimate, Verdict
 from twin.calibrate.cell_map import START_V
 
@@ -32,10 +32,6 @@ ENDS = {
     "negative.stoichiometry_min": "stoichiometry when empty",
     "positive.stoichiometry_min": "stoichiometry when full",
     "positive.stoichiometry_max": "stoichiometry when empty",
-}
-BUMPS = {
-    Of.POTENTIAL: ("open-circuit potential", "mV"),
-    Of.ENTROPY: ("entropic coefficient", "mV/K"),
 }
 LAYERS = ("", "negative", "separator", "positive", "electrolyte")
 VERDICT_COLOUR = {
@@ -72,10 +68,9 @@ def called(name: str, unit: str = "") -> Called:
     where, _, what = name.rpartition(".")
     if name in ENDS:
         return Called(f"{where}: {ENDS[name]}", "", 1.0)
-    for of, (words, shown) in BUMPS.items():
-        if what.startswith(of.value[0]):
-            number = what.removeprefix(of.value[0]).partition("_")[0]
-            return Called(f"{where}: {words}, bump {number} from full", shown, 1e3)
+    if is_bump(name):
+        number = what.removeprefix(HEIGHT).partition("_")[0]
+        return Called(f"{where}: open-circuit potential, bump {number} from full", "mV", 1e3)
     if what not in QUANTITIES:
         return Called(name, unit, 1.0)
     words, shown, factor = QUANTITIES[what]

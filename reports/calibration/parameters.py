@@ -47,7 +47,7 @@ def parameters(report: CalibrationReport) -> Section:
     shown = cell_estimates(report.found)
     beside = {
         "Rest voltages before the tests, fitted with them": is_start,
-        "Corrections of potential and entropy, fitted with them": is_bump,
+        "Correction of the open-circuit curve, fitted with them": is_bump,
     }
     tables = [_table("Parameters of the cell", shown)]
     for caption, belongs in beside.items():

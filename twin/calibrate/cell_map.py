@@ -190,7 +190,7 @@ def _potential_V(pack: Pack, side: str, x: ca.SX, value: dict[str, ca.SX]) -> ca
     ocp_V = getattr(pack.cell, side).ocp_V
     plain_V: ca.SX = ocp_V(x)
     if isinstance(ocp_V, Bumped):
-        plain_V += ocp_V.raised(x, [value[name] for name in ocp_V.names(side)])
+        plain_V += ocp_V.raised_V(x, [value[name] for name in ocp_V.names(side)])
     return plain_V
 
 

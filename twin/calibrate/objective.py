@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from twin.bumps import Bumped, Of, evenly
+from twin.bumps import Bumped
 from twin.calibrate.cell_map import FILLERS, START_V, CellMap, Infeasible, Mapped, start_names
 from twin.calibrate.parameters import (
     FILLER_EDGE,
@@ -44,7 +44,6 @@ BEYOND_V = 1.0
 it stood there, so that whoever comes further is better."""
 READ_K = 1.0
 """By what a surface is not as warm as the cell is on the whole, and a lump of heat not the cell."""
-ENTROPIC_BUMPS = 6
 SPAN_K = 8.0  # of the tests' temperatures: less does not tell an activation energy from a rate
 
 
@@ -92,11 +91,11 @@ class Problem:
         self.pack, self.tests, self.without = single_cell(pack), tuple(tests), without
         self._heats = any(isinstance(e, SelfHeating) for e in pack.effects)
         if table is None:
-            warming = any(self.warming(k) for k in range(len(self.tests)))
-            if warming:
-                self.pack = replace(self.pack, cell=_with_entropy(self.pack.cell))
-            warm_and_cold = self._span_K() > SPAN_K
-            table = cell_table(self.pack, warm_and_cold=warm_and_cold, warming=warming)
+            table = cell_table(
+                self.pack,
+                warm_and_cold=self._span_K() > SPAN_K,
+                warming=any(self.warming(k) for k in range(len(self.tests))),
+            )
         cell = tuple(table)
         self.table = (*cell, *start_parameters(self.tests, pack))
         self._of_cell = len(cell)
@@ -419,14 +418,6 @@ class Problem:
         charging = n > 0 and sample.load.current_A[min(n, whole.size - 1)] < 0
         whole[n:] = self._wide.cell.upper_cut_off_V if charging else self._wide.cell.lower_cut_off_V
         return np.asarray(whole[sample.at] + sample.missed_V)
-
-
-def _with_entropy(cell: Cell) -> Cell:
-    """With bumps on the entropic coefficient: what a cell warms by tells it."""
-    p = cell.positive
-    ends = p.stoichiometry_min, p.stoichiometry_max
-    coefficient = evenly(Of.ENTROPY, p.entropic_V_K, *ends, ENTROPIC_BUMPS)
-    return replace(cell, positive=replace(p, entropic_V_K=coefficient))
 
 
 def _with_potential(cell: Cell, ocp_V: Function) -> Cell:

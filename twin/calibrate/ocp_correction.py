@@ -12,10 +12,10 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from twin.bumps import Bumped, Of, evenly
+from twin.bumps import Bumped, evenly
 from twin.calibrate.answer import Answer
 from twin.calibrate.objective import Problem
-from twin.calibrate.parameters import BUMPS_STD
+from twin.calibrate.parameters import BUMP_V
 
 FloatArray = npt.NDArray[np.float64]
 
@@ -101,7 +101,7 @@ def with_bumps(problem: Problem, q: FloatArray) -> Problem | None:
         return None
     numbers = problem.mapped(q, slow).numbers
     full, empty = (numbers[f"positive.stoichiometry_{end}"] for end in ("min", "max"))
-    potential = evenly(Of.POTENTIAL, problem.pack.cell.positive.ocp_V, full, empty, BUMPS)
+    potential = evenly(problem.pack.cell.positive.ocp_V, full, empty, BUMPS)
     without = problem.tests[slow].name, missed_V(problem, q, slow)
     left = [t.as_expected() for t in problem.tests]
     problem = problem.of_other_tests(left).holding(())
@@ -118,13 +118,12 @@ def correction_of(problem: Problem, q: FloatArray, told: Answer) -> Correction |
     places = [told.names.index(name) for name in names]
     heights, covariance = q[places], told.covariance[np.ix_(places, places)]
     gain = heights @ np.linalg.solve(covariance, heights) + np.linalg.slogdet(covariance)[1]
-    std_V = BUMPS_STD[Of.POTENTIAL]
     at = [t.name for t in problem.tests]
     left_V = missed_V(problem, q, at.index(test)) if test in at else np.nan
     return Correction(
         potential=potential,
-        heights_V=tuple((std_V * heights).tolist()),
-        stds_V=tuple((std_V * np.sqrt(np.diag(covariance))).tolist()),
+        heights_V=tuple((BUMP_V * heights).tolist()),
+        stds_V=tuple((BUMP_V * np.sqrt(np.diag(covariance))).tolist()),
         test=test,
         rms_V=rms_V,
         corrected_rms_V=left_V,

@@ -22,7 +22,7 @@ from math import exp, log
 
 import casadi as ca
 
-from twin.bumps import Of, bump_names
+from twin.bumps import bump_names
 from twin.calibrate.resample import Sampled
 from twin.cell import Cell
 from twin.constants import FARADAY_C_mol
@@ -85,10 +85,7 @@ FILLER_LEAST, FILLER_EDGE = 0.01, 0.0001  # no less than that, to within a devia
 FILLER_STD = 0.03  # of the prior of the fillers, about those of the cell to start from
 EMPTY_ENDS = ("negative.stoichiometry_min", "positive.stoichiometry_max")
 HALF_FULL = 0.5  # sqrt(x (1 - x)) at x = 1/2, where the exchange current is quoted
-BUMPS_STD = {Of.POTENTIAL: 0.01, Of.ENTROPY: 2e-4}
-BUMPS_MOST = {Of.POTENTIAL: 0.05, Of.ENTROPY: 1e-3}
-"""Of heights [V, V/K]: the entropic coefficients of six cells lie between -0.7 and 0.3 mV/K (V. V.
-Viswanathan et al., J. Power Sources 195, 3720 (2010), doi:10.1016/j.jpowsour.2009.11.103)."""
+BUMP_V, BUMP_MOST_V = 0.01, 0.05  # height of a bump on a potential: standard deviation, most
 RESISTANCE_V = 0.02  # across the resistance in series at 1C: standard deviation of its prior
 
 # suffix -> standard deviation and largest factor either way, on the logarithmic scale
@@ -164,14 +161,9 @@ def cell_table(
 def bump_parameters(cell: Cell) -> tuple[Parameter, ...]:
     """Heights of the bumps in `cell`; none in most cells."""
     return tuple(
-        Parameter(
-            name=name, unit=of.value[1].replace("_", "/"), mean=0.0, std=BUMPS_STD[of],
-            lower=-BUMPS_MOST[of], upper=BUMPS_MOST[of],
-        )
+        Parameter(name=name, unit="V", mean=0.0, std=BUMP_V, lower=-BUMP_MOST_V, upper=BUMP_MOST_V)
         for name in bump_names(cell)
-        for of in Of
-        if of.value[0] in name
-    )  # fmt: skip
+    )
 
 
 def _empty_end(pack: Pack) -> Parameter:

@@ -2,17 +2,13 @@
 
 from dataclasses import replace
 
-import casadi as ca
 import numpy as np
 import pytest
 
 from tests.twin.calibrate.synthetic import NOISE_V, RELAX, Stage, cell_pack, load_of
-from twin.bpx_function import Expression
-from twin.bpx_out import plus
-from twin.bumps import bump_names
 from twin.calibrate.answer import Verdict
 from twin.calibrate.objective import SPAN_K
-from twin.calibrate.out import calibrated_cell, cell_of, pack_text
+from twin.calibrate.out import calibrated_cell, pack_text
 from twin.calibrate.parameters import ACTIVATIONS, WARMING
 from twin.calibrate.reference import ReferenceTest
 from twin.calibrate.run import conclude, fit, problem_of
@@ -143,31 +139,6 @@ def test_how_a_cell_warms_is_found_and_told() -> None:
     assert file.environment.heat_transfer_std_W_m2_K == pytest.approx(
         told["heat_transfer_W_m2_K"].std
     )
-
-
-def test_reversible_heat_is_found_in_how_a_cell_warms() -> None:
-    pack = replace(cell_pack(), effects=(SelfHeating(),))
-    p = pack.cell.positive
-    given = plus(p.entropic_V_K, Expression("0.0005 * exp(-((x - 0.4) / 0.2) ** 2)"), 0.01)
-    truth = replace(pack, cell=replace(pack.cell, positive=replace(p, entropic_V_K=given)))
-    test = of(truth, 25.0, 1, NOISE_V, ((0.0, 60.0, 10.0), (2.0, 1600.0, 2.0)))
-    load = Load(time_s=test.time_s, current_A=test.current_A, between=Between.HOLD)
-    test = replace(test, temperature_K=simulate(truth, load).temperature_K)
-    heights = bump_names(problem_of(pack, [test]).pack.cell)
-    missed_K = []
-    for only in (WARMING, (*WARMING, *heights)):
-        *_, last = fit(problem_of(pack, [test], only=only))
-        off_K = (
-            last.problem.tests[0].temperature_K - last.problem.simulated(last.q, 0).temperature_K
-        )
-        missed_K.append(float(np.sqrt(np.mean(off_K**2))))
-    assert missed_K[0] > 5 * missed_K[1]
-    after = cell_of(last.problem, last.q).positive
-    for y in (0.35, 0.45):
-        found, true = (
-            float(ca.evalf(e.entropic_V_K(ca.SX(y)))) for e in (after, truth.cell.positive)
-        )
-        assert found == pytest.approx(true, rel=0.4)  # 1 K of noise is expected
 
 
 def test_derivatives_of_temperatures_are_those_of_the_residuals() -> None:
