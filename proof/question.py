@@ -106,6 +106,8 @@ class Question:
         others = [e for e in pack.effects if not isinstance(e, SelfHeating)]
         transfer = heating[0].heat_transfer_W_m2_K if heating else pack.heat_transfer_W_m2_K
         cooling = {} if transfer is None else {"heat_transfer_W_m2_K": transfer}
+        if pack.heat_transfer_std_W_m2_K is not None:
+            cooling["heat_transfer_std_W_m2_K"] = pack.heat_transfer_std_W_m2_K
         return toml_text(
             {
                 "pack": {

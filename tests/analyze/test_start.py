@@ -29,6 +29,7 @@ FILE = parse_pack_file(
     [environment]
     ambient_c = 5.0
     heat_transfer_W_m2_K = 20.0
+    heat_transfer_std_W_m2_K = 4.0
     [twin]
     physics = []
     """,
@@ -62,6 +63,7 @@ def test_the_pack_file_wins_over_the_log_and_every_key_of_it_counts() -> None:
     assert (pack.series, pack.parallel, pack.capacity_C) == (6, 2, 3.3 * 3600)
     assert (pack.initial_soc, pack.initial_K) == (0.7, 283.15)
     assert (use.ambient_K, use.heat_transfer_W_m2_K) == (278.15, 20.0)
+    assert pack.heat_transfer_std_W_m2_K == 4.0
     assert pack.heat_transfer_W_m2_K == 20.0  # what is to be expected of a heating not switched on
     assert pack.effects == ()
     assert use.calibrated

@@ -71,6 +71,12 @@ def test_self_heating_is_expected_to_cool_as_the_pack_states() -> None:
     assert (usual.value, stated.value) == (12.0, 30.0)
     assert stated.prior_std < 0.3 * usual.prior_std
     assert h.begins(replace(pack(), heat_transfer_W_m2_K=30.0)) == ((30.0,),)
+    known = replace(pack(), heat_transfer_W_m2_K=30.0, heat_transfer_std_W_m2_K=15.0)
+    assert h.priors(known)[0].prior_std == 0.5
+    hardly = replace(known, heat_transfer_std_W_m2_K=300.0)
+    assert h.priors(hardly)[0].prior_std == usual.prior_std
+    sure = replace(known, heat_transfer_std_W_m2_K=0.1)
+    assert h.priors(sure)[0].prior_std == stated.prior_std
 
 
 def test_an_effect_that_a_pack_has_is_changed_not_added() -> None:
