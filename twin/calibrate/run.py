@@ -282,11 +282,20 @@ def _followed(problem: Problem, starts: Sequence[FloatArray]) -> Iterator[Progre
         for other in _polished(loose, start):
             if best is None or other.cost < best.cost:
                 yield (best := other)
+        if best is not None and _near(best):
+            break
     assert best is not None
-    if max(missed_V(best.problem, best.q, k) for k in range(len(problem.tests))) < MISSED_V:
-        *_, close = _polished(problem, best.q)
+    for q in (starts[0], best.q) if _near(best) else ():
+        *_, close = _polished(problem, q)
         if _explained(close):
             yield close
+            return
+
+
+def _near(best: Progress) -> bool:
+    """Each test is missed by less than what a twin may miss."""
+    tests = range(len(best.problem.tests))
+    return max(missed_V(best.problem, best.q, k) for k in tests) < MISSED_V
 
 
 def _explained(best: Progress) -> bool:

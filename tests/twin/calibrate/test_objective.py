@@ -1,6 +1,7 @@
 """The map from parameters to the kernel, and exact derivatives of what is minimised."""
 
 from functools import cache
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -15,6 +16,7 @@ from twin.calibrate.reference import ReferenceTest
 from twin.calibrate.refine import PARTS, refined
 from twin.calibrate.run import problem_of
 from twin.constants import FARADAY_C_mol
+from twin.sensitivity import Sensitivities, sensitivity_of
 
 FloatArray = npt.NDArray[np.float64]
 
@@ -63,6 +65,24 @@ def test_derivatives_are_those_of_the_residuals() -> None:
         change = problem.residuals(q + step * along) - problem.residuals(q - step * along)
         got, expected = slopes @ along, change / (2 * step)
         assert np.abs(got - expected).max() < 1e-4 * np.abs(expected).max()
+
+
+def test_a_derivative_that_does_not_exist_counts_as_none(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The root of what is left of salt or of room in a particle has none at 0."""
+
+    def broken(*given: Any, **options: Any) -> Sensitivities:
+        s = sensitivity_of(*given, **options)
+        s.voltage[-3:] = np.nan
+        return s
+
+    problem, q = case()
+    exact = problem.linearised(q)[1]
+    monkeypatch.setattr("twin.calibrate.objective.sensitivity_of", broken)
+    slopes = problem.linearised(q)[1]
+    lost = ~np.isclose(slopes, exact).all(axis=1)
+    assert np.isfinite(slopes).all()
+    assert 0 < lost.sum() <= 3
+    assert np.all(slopes[lost] == 0.0)
 
 
 def test_costs_of_many_points_are_those_of_each_and_always_finite() -> None:
