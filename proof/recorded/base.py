@@ -37,7 +37,7 @@ from twin.whole_file import write_whole
 
 FloatArray = npt.NDArray[np.float64]
 
-VERSION = 5  # of what is kept: raise it where the same inputs give another calibration
+VERSION = 7  # of what is kept: raise it where the same inputs give another calibration
 COOLING_W_m2_K = (1.0, 200.0)  # looked for between still air and a clamp
 WHOLE = 0.5  # of the most that any test draws: a test that draws less shows no warming
 RESTS = 0.02  # of the largest current: less is a rest, whose voltage is that of the open circuit

@@ -277,18 +277,30 @@ def _gone_on(problem: Problem, q: FloatArray) -> Iterator[Progress]:
 
 def _followed(problem: Problem, starts: Sequence[FloatArray]) -> Iterator[Progress]:
     """Least squares from the best of `starts`, the twin taken for the cell only if it may be."""
-    best, loose = None, of_a_model(problem)
+    best = None
+    for best in _loosely(problem, starts, None):
+        yield best
+    assert best is not None
+    *_, close = _polished(problem, starts[0])
+    if not _near(best):  # what noise alone leads to may lie in a better valley
+        yield from _loosely(problem, [close.q], best)
+        return
+    if not _explained(close):
+        *_, close = _polished(problem, best.q)
+    if _explained(close):
+        yield close
+
+
+def _loosely(
+    problem: Problem, starts: Sequence[FloatArray], best: Progress | None
+) -> Iterator[Progress]:
+    """As if the twin missed each test by some millivolts: what is better than `best`."""
+    loose = of_a_model(problem)
     for start in starts:
         for other in _polished(loose, start):
             if best is None or other.cost < best.cost:
                 yield (best := other)
         if best is not None and _near(best):
-            break
-    assert best is not None
-    for q in (starts[0], best.q) if _near(best) else ():
-        *_, close = _polished(problem, q)
-        if _explained(close):
-            yield close
             return
 
 
