@@ -42,11 +42,12 @@ import numpy.typing as npt
 from tests.reference.calibration.stored import FIT, CalibrationCase
 from twin.builtin import builtin_text, load_cell
 from twin.calibrate.cell_map import full_and_empty_V
-from twin.calibrate.objective import BEYOND_V, Problem, Simulated
+from twin.calibrate.objective import Problem
 from twin.calibrate.parameters import EMPTY_ENDS, Parameter, Scale
 from twin.calibrate.reference import ReferenceTest
 from twin.calibrate.resample import Sampled
 from twin.calibrate.run import fit, problem_of
+from twin.calibrate.simulated import BEYOND_V, Simulated
 from twin.load import Between
 from twin.pack import Pack
 

@@ -1,8 +1,10 @@
 """`Base`: what stands for a real cell in a trial, calibrated to tests that are not concealed.
 
 Least squares (`twin.calibrate.run`) to the voltage, the cell heated by its own losses, and to how
-it warms. A calibration is kept as BPX and JSON under a hash of all that went into it, and always
-taken from there: a second run is the first.
+it warms. The error that a base states is of tests that were not fitted: those as fast as the trial
+or nearest to it are predicted by a fit without them, from slower ones if the trial is the fastest.
+A calibration is kept as BPX and JSON under a hash of all that went into it, and always taken from
+there: a second run is the first.
 """
 
 import json
@@ -16,7 +18,7 @@ import numpy as np
 import numpy.typing as npt
 from scipy.optimize import brentq, minimize_scalar
 
-from proof.recorded.measured import RealTest, recorded_parts, wide
+from proof.recorded.measured import RealTest, recorded_parts, rms_A, wide
 from twin.bpx_file import open_circuit_V
 from twin.bpx_out import write_bpx
 from twin.builtin import load_cell
@@ -37,9 +39,10 @@ from twin.whole_file import write_whole
 
 FloatArray = npt.NDArray[np.float64]
 
-VERSION = 7  # of what is kept: raise it where the same inputs give another calibration
+VERSION = 8  # of what is kept: raise it where the same inputs give another calibration
 COOLING_W_m2_K = (1.0, 200.0)  # looked for between still air and a clamp
 WHOLE = 0.5  # of the most that any test draws: a test that draws less shows no warming
+ALIKE = 0.8  # of a current: more is about as fast
 RESTS = 0.02  # of the largest current: less is a rest, whose voltage is that of the open circuit
 ROOM_K = ZERO_CELSIUS_K + 25.0
 
@@ -64,8 +67,8 @@ class Given:
     Attributes:
         start: the cell to start from, with the capacity of this one.
         tests: to fit; full at the start of the first.
-        check: name of the test that is also predicted by a fit to the others: the base's own error.
-        unseen: instead of it, tests that are predicted and not fitted at all.
+        unseen: tests that are not fitted at all.
+        asked_A: rms current of the fastest recording of the trial; 0 if it is not of this cell.
         body: of the cell.
         driven: tests to fit besides, whose current is straight from sample to sample; it holds in
             the others.
@@ -76,8 +79,8 @@ class Given:
     tests: tuple[RealTest, ...]
     body: Body
     driven: tuple[RealTest, ...] = ()
-    check: str = ""
     unseen: tuple[RealTest, ...] = ()
+    asked_A: float = 0.0
     only: tuple[str, ...] | None = None
 
 
@@ -93,7 +96,7 @@ class Base:
         heat_transfer_std_W_m2_K: its standard error.
         warming_K: rms by which it misses these temperatures; 0 without any.
         full_soc: state of charge after the charge before its first test.
-        error_V: rms of the check predicted by a fit to the other tests.
+        errors_V: rms of what was not fitted, by name.
         fitted_V: rms of each fitted test.
     """
 
@@ -103,8 +106,13 @@ class Base:
     heat_transfer_std_W_m2_K: float
     warming_K: float
     full_soc: float
-    error_V: float
+    errors_V: dict[str, float]
     fitted_V: dict[str, float]
+
+    @property
+    def error_V(self) -> float:
+        """That it states: the largest."""
+        return max(self.errors_V.values())
 
     def heated(self) -> Pack:
         """With its own losses."""
@@ -159,14 +167,18 @@ def _calibrate(given: Given, place: Path) -> None:
     ohm = SeriesResistance(resistance_ohm=numbers["series_resistance_ohm"])
     transfer = numbers.get("heat_transfer_W_m2_K")
     heating = [SelfHeating(heat_transfer_W_m2_K=transfer)] if transfer else []
-    if not given.check:
-        pack = Pack(cell=load_cell(place / "cell.bpx.json"), effects=(ohm, *heating))
-        error_V = _missed_V(pack, full_soc, given.unseen)
-    else:
-        k = [t.name for t in tests].index(given.check)
-        *_, check_V = predicted(best.problem, best.q, tests, k)
-        assert check_V is not None
-        error_V = _rms_V(tests[k].voltage_V, check_V, pack.cell.lower_cut_off_V)
+    errors_V = {}
+    if given.unseen:
+        own = Pack(cell=load_cell(place / "cell.bpx.json"), effects=(ohm, *heating))
+        errors_V["tests that were not fitted"] = _missed_V(own, full_soc, given.unseen)
+    if near := nearest(given, tests):
+        empty_V = pack.cell.lower_cut_off_V
+        *_, found = predicted(best.problem, best.q, tests, near)
+        squares = [
+            _rms_V(tests[k].voltage_V, v, empty_V) ** 2 for k, v in zip(near, found, strict=True)
+        ]
+        named = ", ".join(tests[k].name for k in near)
+        errors_V[f"{named}, by a fit to the others"] = float(np.sqrt(np.mean(squares)))
     estimates = answer(best.problem, best.q).estimates
     told = {
         "series_resistance_ohm": ohm.resistance_ohm,
@@ -174,10 +186,27 @@ def _calibrate(given: Given, place: Path) -> None:
         "heat_transfer_std_W_m2_K": next((e.std for e in estimates if e.name == WARMING[1]), 0.0),
         "warming_K": _warming_K(best),
         "full_soc": full_soc,
-        "error_V": error_V,
+        "errors_V": errors_V,
         "fitted_V": {f.name: float(f.rms_V) for f in fitted(best.problem, best.q, tests)},
     }
     write_whole(place / "base.json", json.dumps(told, indent=1) + "\n")
+
+
+def nearest(given: Given, tests: Sequence[ReferenceTest]) -> tuple[int, ...]:
+    """Positions of the whole tests whose rate is nearest to `asked_A`, and not higher.
+
+    None if no whole test is left without them, or if one that is not fitted at all is faster.
+    """
+    flows_A = np.array([rms_A(t) for t in tests])
+    drawn_C = np.array([np.ptp(t.drawn_C()) for t in tests])
+    whole = drawn_C > WHOLE * drawn_C.max()
+    slower = whole & (flows_A <= given.asked_A / ALIKE)
+    nearest_A = flows_A.max(where=slower, initial=0.0)
+    near = slower & (flows_A > ALIKE * nearest_A)
+    unseen_A = max((rms_A(t) for t in given.unseen), default=0.0)
+    if unseen_A > nearest_A / ALIKE or not (whole & ~near).any():
+        return ()
+    return tuple(np.flatnonzero(near).tolist())
 
 
 def _warming_K(best: Progress) -> float:
@@ -281,7 +310,7 @@ def cooled(pack: Pack, tests: Sequence[RealTest]) -> Pack:
 def _key(given: Given) -> str:
     """Hash of the inputs."""
     told = sha256(write_bpx(given.start.cell, description="").encode())
-    settings = [VERSION, given.start.capacity_C, given.check, given.body, given.only]
+    settings = [VERSION, given.start.capacity_C, given.asked_A, given.body, given.only]
     told.update(repr(settings).encode())
     for test in (*given.tests, *given.driven, *given.unseen):
         told.update(test.name.encode())

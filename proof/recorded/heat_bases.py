@@ -32,6 +32,7 @@ from proof.recorded.measured import (
     matlab,
     recorded_parts,
     recording,
+    rms_A,
 )
 from proof.recorded.replay import answer, errors
 from proof.recorded.thinned import binned, every, spaced, until
@@ -228,7 +229,7 @@ def _melasta(folder: Path, concealed: Collection[str]) -> Given:
     tests = tuple(_melasta_test(folder, name) for name in names)
     start = _scaled(tests[0], "lipo_2200")
     start = replace(start, cell=charged_to(start.cell, 4.35, 3.0))
-    return Given(start=start, tests=tests, check="1C", body=MELASTA)
+    return Given(start=start, tests=tests, body=MELASTA)
 
 
 def _melasta_test(folder: Path, name: str) -> RealTest:
@@ -252,9 +253,9 @@ def _leaf_test(folder: Path, times: int) -> RealTest:
 
 
 def _slow(given: Given) -> Given:
-    """Fitted without the whole test that is not the slowest, its check, in SHORT_PULSES alone."""
+    """Without the whole test that is not the slowest, which is its check, in SHORT_PULSES alone."""
     faster, others = given.tests[1], (given.tests[0], *given.tests[2:])
-    return replace(given, tests=others, check="", unseen=(faster,), only=SHORT_PULSES)
+    return replace(given, tests=others, unseen=(faster,), only=SHORT_PULSES)
 
 
 def _published(
@@ -274,7 +275,8 @@ def _published(
         return Base(
             pack=replace(cell.baseline, cell=narrow), series_resistance_ohm=0.0,
             heat_transfer_W_m2_K=0.0, heat_transfer_std_W_m2_K=0.0, warming_K=0.0,
-            full_soc=cell.baseline.initial_soc, error_V=1e-3 * off.rms, fitted_V={},
+            full_soc=cell.baseline.initial_soc, errors_V={slow.name: 1e-3 * off.rms},
+            fitted_V={},
         )  # fmt: skip
 
     return base
@@ -369,7 +371,8 @@ def _cell(
     thin: Callable[[RealTest], RealTest] = _steady, *, rests: bool = True,
 ) -> Material:  # fmt: skip
     def base(folder: Path, cache: Path, concealed: Collection[str]) -> Base:
-        return base_of(given(folder, concealed), cache)
+        asked_A = max((rms_A(recordings[name](folder)) for name in concealed), default=0.0)
+        return base_of(replace(given(folder, concealed), asked_A=asked_A), cache)
 
     return Material(source, base, recordings, thin, rests)
 

@@ -83,6 +83,12 @@ class RealTest:
         )  # fmt: skip
 
 
+def rms_A(test: RealTest | ReferenceTest) -> float:
+    """Current of a test, each sample for as long as it lasts."""
+    lasts_s = np.diff(test.time_s, append=test.time_s[-1])
+    return float(np.sqrt(np.average(test.current_A**2, weights=lasts_s)))
+
+
 def on_one_clock(test: RealTest) -> RealTest:
     """The same with strictly increasing times from 0.
 

@@ -6,14 +6,7 @@ import numpy as np
 from matplotlib.lines import Line2D
 
 from reports.calibration.drawings import sheet
-from reports.calibration.names import (
-    VERDICT_COLOUR,
-    called,
-    is_start,
-    phrase,
-    with_unit,
-    word,
-)
+from reports.calibration.names import VERDICT_COLOUR, called, is_start, phrase, with_unit, word
 from reports.calibration.report import CalibrationReport
 from reports.calibration.summary import cell_estimates
 from reports.plots import ROW_IN, named_rows, to_svg

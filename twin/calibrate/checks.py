@@ -1,6 +1,6 @@
 """How well a calibrated cell follows its tests, and tests it was not fitted to."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Collection, Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -92,20 +92,21 @@ def fitted(problem: Problem, q: FloatArray, tests: Sequence[ReferenceTest]) -> t
 
 
 def predicted(
-    problem: Problem, q: FloatArray, tests: Sequence[ReferenceTest], k: int
-) -> Iterator[FloatArray | None]:
-    """The (n,) voltage of test `k` by a fit to the others alone; None while that goes on.
+    problem: Problem, q: FloatArray, tests: Sequence[ReferenceTest], places: Collection[int]
+) -> Iterator[tuple[FloatArray, ...]]:
+    """The (n,) voltages of the tests at `places` by a fit to the others; empty while it goes on.
 
-    The weights, what is held and bumps on the open-circuit curve are theirs. Of the test itself
-    only the voltage at its start is used, as a state to start from; and `q`, the fit to all of
-    them, is where this one starts.
+    The weights, what is held and bumps on the open-circuit curve are theirs. Of the tests at
+    `places` only the voltage at the start is used, as a state to start from; and `q`, the fit to
+    all of them, is where this one starts.
     """
-    left = [t.as_expected() for i, t in enumerate(problem.tests) if i != k]
+    left = [t.as_expected() for i, t in enumerate(problem.tests) if i not in places]
     others = problem.holding(()).of_other_tests(left)
     if slow_test(others) is None:
         others = others.plain()
     best = others.coordinates(problem.values_by_name(q))
     for s in settled(others, best):
         best = s.q
-        yield None
-    yield others.replayed(best, tests[k], problem.table[len(problem.table) - len(tests) + k].mean)
+        yield ()
+    starts = problem.table[len(problem.table) - len(tests) :]
+    yield tuple(others.replayed(best, tests[k], starts[k].mean) for k in places)

@@ -6,7 +6,7 @@ Coordinates q are standard deviations of the prior from its mean, so that the pr
 import os
 from collections.abc import Collection, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -24,46 +24,20 @@ from twin.calibrate.parameters import (
     start_parameters,
 )
 from twin.calibrate.reference import ReferenceTest
-from twin.calibrate.refine import FINE_MESH, PARTS, refined
+from twin.calibrate.refine import FINE_MESH
 from twin.calibrate.resample import Sampled
+from twin.calibrate.simulated import BEYOND_V, Simulated, Simulator
 from twin.calibrate.single_cell import filler_shares, labelled_C, single_cell
 from twin.cell import Cell, Function
 from twin.effects import SelfHeating
-from twin.kernel import Backend
 from twin.load import Load
-from twin.mesh import Mesh
 from twin.pack import Pack
-from twin.sensitivity import sensitivity_of
-from twin.simulate import DEFAULT_MESH, Run, changeable, solution_of
-from twin.solution import Solution, Status
 
 FloatArray = npt.NDArray[np.float64]
 
-BEYOND_V = 1.0
-"""Beyond its cut-offs a simulated cell goes on for so long; samples it never comes to count as if
-it stood there, so that whoever comes further is better."""
 READ_K = 1.0
 """By what a surface is not as warm as the cell is on the whole, and a lump of heat not the cell."""
 SPAN_K = 8.0  # of the tests' temperatures: less does not tell an activation energy from a rate
-
-
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class Simulated:
-    """One test at some values.
-
-    Attributes:
-        voltage_V: (m,) at the compared samples.
-        by_q: (m, k) its derivative, or None if it was not asked for.
-        temperature_K: (m,) there, and from where it ended as at its end.
-        warming_by_q: (m, k) its derivative, or None.
-        complete: it came to the end.
-    """
-
-    voltage_V: FloatArray
-    by_q: FloatArray | None
-    temperature_K: FloatArray
-    warming_by_q: FloatArray | None
-    complete: bool
 
 
 class Problem:
@@ -75,20 +49,20 @@ class Problem:
         table: all parameters of the cell, then the start of each test.
         free: (k,) positions in `table` of those that are asked for; the others stay at their mean.
         held: (k,) which of these stay there too, since the tests do not tell them.
-        without: of a cell with bumps on its potential the test that tells it best, and what a fit
+        unbumped: of a cell with bumps on its potential the test that tells it best, and what a fit
             without them leaves of that, rms [V]; else None.
     """
 
     def __init__(  # noqa: PLR0913
         self, pack: Pack, tests: Sequence[Sampled], *, only: Sequence[str] | None = None,
         table: Sequence[Parameter] | None = None, held: Collection[str] = (),
-        without: tuple[str, float] | None = None,
+        unbumped: tuple[str, float] | None = None,
     ) -> None:  # fmt: skip
         """`only` names the parameters of the cell that are free, None all; starts are free.
 
         `held` names free ones that stay at their mean: their coordinates and bounds are 0.
         """
-        self.pack, self.tests, self.without = single_cell(pack), tuple(tests), without
+        self.pack, self.tests, self.unbumped = single_cell(pack), tuple(tests), unbumped
         self._heats = any(isinstance(e, SelfHeating) for e in pack.effects)
         if table is None:
             table = cell_table(
@@ -103,12 +77,7 @@ class Problem:
         self.free = (*kept, *range(len(cell), len(self.table)))
         self.held = np.array([self.table[i].name in held for i in self.free])
         self._map = CellMap(self.pack, (*(p.name for p in cell), START_V))
-        wide = replace(
-            self.pack.cell,
-            lower_cut_off_V=self.pack.cell.lower_cut_off_V - BEYOND_V,
-            upper_cut_off_V=self.pack.cell.upper_cut_off_V + BEYOND_V,
-        )
-        self._wide = replace(self.pack, cell=wide)
+        self._simulator = Simulator(self.pack)
         self._filler_means = filler_shares(self.pack)
 
     @property
@@ -211,12 +180,7 @@ class Problem:
         """The test number `test`; Infeasible if no cell has these values."""
         values, sample = self._values_at(self.values(q), test), self.tests[test]
         if not derivative:
-            solution = self._solved(sample.load, DEFAULT_MESH, self._map(values)[0])
-            voltage_V = self._filled(solution.voltage_V, sample)
-            return Simulated(
-                voltage_V=voltage_V, by_q=None, temperature_K=self._warm_K(solution, sample),
-                warming_by_q=None, complete=solution.status is Status.DONE,
-            )  # fmt: skip
+            return self._simulator.plain(sample, self._map(values)[0])
         mapped = self._map.mapped(values)
         by_q = self.chain(q, mapped.by_values, test)
         names, start = start_names(self._map.directions, mapped.numbers["initial_soc"])
@@ -231,24 +195,12 @@ class Problem:
 
     def response(self, numbers: Mapping[str, float], test: int, names: Sequence[str]) -> Simulated:
         """The test number `test` with these numbers of the kernel, and derivatives by `names`."""
-        sample = self.tests[test]
-        run = Run(self._wide, sample.load, DEFAULT_MESH, Backend.AUTO, None)
-        given = self._given(sample.load)
-        s = sensitivity_of(run, sample.load, names, numbers=given | dict(numbers))
-        slopes, warming = (np.zeros((sample.load.time_s.size, len(names))) for _ in range(2))
-        n = s.solution.voltage_V.size
-        # no derivative where a particle fills or salt runs out: a step is judged by its cost
-        slopes[:n], warming[:n] = (
-            np.where(np.isfinite(v), v, 0.0) for v in (s.voltage, s.temperature)
-        )
-        warming[n:] = warming[n - 1] if n else 0.0
-        return Simulated(
-            voltage_V=self._filled(s.solution.voltage_V, sample),
-            by_q=slopes[sample.at],
-            temperature_K=self._warm_K(s.solution, sample),
-            warming_by_q=warming[sample.at],
-            complete=s.solution.status is Status.DONE,
-        )
+        return self._simulator.response(self.tests[test], numbers, names)
+
+    def rms_V(self, q: FloatArray, test: int) -> float:
+        """Of measured minus simulated at the compared samples of a test."""
+        off_V = self.tests[test].voltage_V - self.simulated(q, test).voltage_V
+        return float(np.sqrt(np.mean(off_V**2)))
 
     @property
     def nominal_C(self) -> float:
@@ -270,7 +222,7 @@ class Problem:
             ambient_K=test.ambient_K,
         )  # fmt: skip
         numbers = self._map(np.append(self._values_of_cell(q), start_V))[0]
-        done = self._solved(load, FINE_MESH, numbers).voltage_V
+        done = self._simulator.solved(load, numbers, FINE_MESH).voltage_V
         return np.concatenate([done, np.full(test.time_s.size - done.size, np.nan)])
 
     def of_other_tests(self, tests: Sequence[Sampled]) -> "Problem":
@@ -287,22 +239,24 @@ class Problem:
         A deferred correction: `q` where this problem is least is that of fine steps and mesh.
         """
         with ThreadPoolExecutor(_workers()) as pool:
-            missed = pool.map(lambda i: self._missed_V(q, i), range(len(self.tests)))
-            tests = [replace(t, missed_V=m) for t, m in zip(self.tests, missed, strict=True)]
-        return self.of_other_tests(tests)
+            values, tests = self.values(q), range(len(self.tests))
+            numbers = [self._map(self._values_at(values, k))[0] for k in tests]
+            missed = pool.map(self._simulator.missed_V, self.tests, numbers)
+            corrected = [replace(t, missed_V=m) for t, m in zip(self.tests, missed, strict=True)]
+        return self.of_other_tests(corrected)
 
     def with_only(self, names: Sequence[str], tests: Sequence[int]) -> "Problem":
         """The same with fewer free parameters of the cell, and some of the tests."""
         return self._with(only=names, tests=[self.tests[k] for k in tests], held=())
 
-    def bumped(self, potential: Bumped, *, without: tuple[str, float]) -> "Problem":
+    def bumped(self, potential: Bumped, *, unbumped: tuple[str, float]) -> "Problem":
         """The same with bumps on the positive electrode's potential, their heights free."""
         cell = _with_potential(self.pack.cell, potential)
         names = potential.names("positive")
         heights = [p for p in bump_parameters(cell) if p.name in names]
         table = (*self.table[: self._of_cell], *heights)
         pack = replace(self.pack, cell=cell)
-        return self._with(pack=pack, table=table, only=[*self._only, *names], without=without)
+        return self._with(pack=pack, table=table, only=[*self._only, *names], unbumped=unbumped)
 
     def plain(self) -> "Problem":
         """The same without bumps on that potential."""
@@ -314,7 +268,7 @@ class Problem:
             pack=replace(self.pack, cell=_with_potential(self.pack.cell, potential.plain)),
             table=[p for p in self.table[: self._of_cell] if p.name not in bumps],
             only=[name for name in self._only if name not in bumps],
-            without=None,
+            unbumped=None,
         )
 
     def _with(self, **changes: Any) -> "Problem":
@@ -326,7 +280,7 @@ class Problem:
             "only": self._only,
             "table": self.table[: self._of_cell],
             "held": [name for name, held in zip(names, self.held, strict=True) if held],
-            "without": self.without,
+            "unbumped": self.unbumped,
         }
         return Problem(**given | changes)
 
@@ -334,29 +288,6 @@ class Problem:
     def _only(self) -> list[str]:
         """Names of the free parameters of the cell."""
         return [p.name for p in self.parameters if not p.name.startswith(START_V)]
-
-    def _missed_V(self, q: FloatArray, test: int) -> FloatArray:
-        """(m,) fine minus coarse; 0 from where either does not come to."""
-        load, at = self.tests[test].load, self.tests[test].at
-        numbers = self._map(self._values_at(self.values(q), test))[0]
-        coarse_V = self._solved(load, DEFAULT_MESH, numbers).voltage_V
-        fine_V = self._solved(refined(load), FINE_MESH, numbers).voltage_V[::PARTS]
-        come_to = at[at < min(coarse_V.size, fine_V.size)]
-        out = np.zeros(at.size)
-        out[: come_to.size] = fine_V[come_to] - coarse_V[come_to]
-        return out
-
-    def _solved(self, load: Load, mesh: Mesh, numbers: Mapping[str, float]) -> Solution:
-        run = Run(self._wide, load, mesh, Backend.AUTO, None)
-        run.change({**self._given(load), **numbers})
-        run.run()
-        return solution_of(run, self._wide, load)
-
-    def _given(self, load: Load) -> dict[str, float]:
-        """Numbers of the pack; a test starts as warm as its surroundings."""
-        numbers = changeable(self._wide, load)
-        numbers["initial_K"] += load.ambient_K - self._wide.initial_K
-        return numbers
 
     def _values_of_cell(self, q: FloatArray) -> FloatArray:
         out = self._means()[: self._of_cell]
@@ -402,22 +333,6 @@ class Problem:
             if t.temperature_K is not None and self.warming(k):
                 known_K.append(float(np.nanmax(t.temperature_K)))
         return max(known_K) - min(known_K)
-
-    def _warm_K(self, solution: Solution, sample: Sampled) -> FloatArray:
-        """(m,) at the compared samples; from where it ended, as at its end."""
-        n, whole_K = solution.temperature_K.size, np.empty(sample.load.time_s.size)
-        whole_K[:n] = solution.temperature_K
-        whole_K[n:] = solution.temperature_K[-1] if n else sample.load.ambient_K
-        return np.asarray(whole_K[sample.at])
-
-    def _filled(self, voltage_V: FloatArray, sample: Sampled) -> FloatArray:
-        """(m,) at the compared samples, also those that were not come to."""
-        whole = np.empty(sample.load.time_s.size)
-        n = voltage_V.size
-        whole[:n] = voltage_V
-        charging = n > 0 and sample.load.current_A[min(n, whole.size - 1)] < 0
-        whole[n:] = self._wide.cell.upper_cut_off_V if charging else self._wide.cell.lower_cut_off_V
-        return np.asarray(whole[sample.at] + sample.missed_V)
 
 
 def _with_potential(cell: Cell, ocp_V: Function) -> Cell:

@@ -94,44 +94,37 @@ def slow_test(problem: Problem) -> int | None:
 def with_bumps(problem: Problem, q: FloatArray) -> Problem | None:
     """The same before any fit, with bumps over the window of the fit `q` (k,), their heights free.
 
-    None if no test tells the open-circuit curve.
+    None if no test tells the open-circuit curve, or there are bumps already.
     """
     slow = slow_test(problem)
-    if slow is None:
+    if slow is None or problem.unbumped:
         return None
     numbers = problem.mapped(q, slow).numbers
     full, empty = (numbers[f"positive.stoichiometry_{end}"] for end in ("min", "max"))
     potential = evenly(problem.pack.cell.positive.ocp_V, full, empty, BUMPS)
-    without = problem.tests[slow].name, missed_V(problem, q, slow)
+    unbumped = problem.tests[slow].name, problem.rms_V(q, slow)
     left = [t.as_expected() for t in problem.tests]
     problem = problem.of_other_tests(left).holding(())
-    return problem.bumped(potential, without=without)
+    return problem.bumped(potential, unbumped=unbumped)
 
 
 def correction_of(problem: Problem, q: FloatArray, told: Answer) -> Correction | None:
     """Of the fit `q` (k,) with its `told`; None if its potential has no bumps."""
-    potential, without = problem.pack.cell.positive.ocp_V, problem.without
-    if not isinstance(potential, Bumped) or without is None:
+    potential, unbumped = problem.pack.cell.positive.ocp_V, problem.unbumped
+    if not isinstance(potential, Bumped) or unbumped is None:
         return None
-    test, rms_V = without
+    test, rms_V = unbumped
     names = potential.names("positive")
     places = [told.names.index(name) for name in names]
     heights, covariance = q[places], told.covariance[np.ix_(places, places)]
     gain = heights @ np.linalg.solve(covariance, heights) + np.linalg.slogdet(covariance)[1]
-    at = [t.name for t in problem.tests]
-    left_V = missed_V(problem, q, at.index(test)) if test in at else np.nan
+    place = [t.name for t in problem.tests].index(test)
     return Correction(
         potential=potential,
         heights_V=tuple((BUMP_V * heights).tolist()),
         stds_V=tuple((BUMP_V * np.sqrt(np.diag(covariance))).tolist()),
         test=test,
         rms_V=rms_V,
-        corrected_rms_V=left_V,
+        corrected_rms_V=problem.rms_V(q, place),
         gain=float(gain),
     )
-
-
-def missed_V(problem: Problem, q: FloatArray, test: int) -> float:
-    """Rms of measured minus simulated at the compared samples of a test."""
-    off_V = problem.tests[test].voltage_V - problem.simulated(q, test).voltage_V
-    return float(np.sqrt(np.mean(off_V**2)))

@@ -21,7 +21,7 @@ from twin.calibrate.cell_map import Infeasible
 from twin.calibrate.checks import Fitted, fitted, predicted
 from twin.calibrate.information import Information, information
 from twin.calibrate.objective import Problem
-from twin.calibrate.ocp_correction import Correction, correction_of, missed_V, with_bumps
+from twin.calibrate.ocp_correction import Correction, correction_of, with_bumps
 from twin.calibrate.parameters import EMPTY_ENDS
 from twin.calibrate.polish import Polished, polish
 from twin.calibrate.reference import ReferenceTest, left_unknown
@@ -240,8 +240,8 @@ def conclusions(
     found = replace(found, advice=advise(problem, q, told), missing=others)
     yield found
     for k in range(len(others)):
-        for voltage_V in predicted(problem, q, tests, k):
-            if voltage_V is not None:
+        for voltages_V in predicted(problem, q, tests, [k]):
+            for voltage_V in voltages_V:
                 shown = replace(found.fitted[k], held_out_V=voltage_V)
                 after = (*found.fitted[:k], shown, *found.fitted[k + 1 :])
                 found = replace(found, fitted=after, missing=others[k + 1 :])
@@ -307,7 +307,7 @@ def _loosely(
 def _near(best: Progress) -> bool:
     """Each test is missed by less than what a twin may miss."""
     tests = range(len(best.problem.tests))
-    return max(missed_V(best.problem, best.q, k) for k in tests) < MISSED_V
+    return max(best.problem.rms_V(best.q, k) for k in tests) < MISSED_V
 
 
 def _explained(best: Progress) -> bool:

@@ -12,7 +12,6 @@ from tests.twin.calibrate.synthetic import cell_pack, measured
 from twin.calibrate.answer import Verdict, correlation_time
 from twin.calibrate.checks import Fitted, predicted, rms
 from twin.calibrate.objective import Problem
-from twin.calibrate.ocp_correction import missed_V
 from twin.calibrate.reference import ReferenceTest
 from twin.calibrate.run import (
     SEARCH,
@@ -112,7 +111,7 @@ def test_a_held_out_test_is_predicted_from_the_others_alone() -> None:
     other = [replace(slow, sigma_V=3 * slow.sigma_V, missed_V=1e-3), fast]  # as of another fit
     weighed = found.problem.of_other_tests(other).holding(["capacity_C"])
     assert found.fitted[1].held_out_V is not None
-    *_, got = predicted(weighed, found.q, tests, 1)
+    *_, (got,) = predicted(weighed, found.q, tests, [1])
     assert np.array_equal(got, found.fitted[1].held_out_V)
 
 
@@ -181,7 +180,7 @@ def test_a_test_that_no_cell_explains_draws_nothing_to_its_bounds() -> None:
     problem = problem_of(pack, [slow, odd])
     *_, last = fit(problem)
     assert np.abs(last.q).max() < 3  # by noise alone most parameters go to their bounds
-    assert missed_V(last.problem, last.q, 0) < 6e-3  # the other test is followed nevertheless
+    assert last.problem.rms_V(last.q, 0) < 6e-3  # the other test is followed nevertheless
     for t in last.problem.tests:  # 640 and 556 samples
         assert np.sum((MISSED_V / t.sigma_V) ** 2) <= STRETCHES
 

@@ -77,7 +77,7 @@ def test_a_derivative_that_does_not_exist_counts_as_none(monkeypatch: pytest.Mon
 
     problem, q = case()
     exact = problem.linearised(q)[1]
-    monkeypatch.setattr("twin.calibrate.objective.sensitivity_of", broken)
+    monkeypatch.setattr("twin.calibrate.simulated.sensitivity_of", broken)
     slopes = problem.linearised(q)[1]
     lost = ~np.isclose(slopes, exact).all(axis=1)
     assert np.isfinite(slopes).all()
