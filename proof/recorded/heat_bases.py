@@ -20,7 +20,6 @@ from math import pi
 from pathlib import Path
 
 import numpy as np
-import numpy.typing as npt
 
 from proof.recorded import about_energy, leaf_cell, lg_m50, melasta, panasonic, samsung
 from proof.recorded.base import Base, Body, Given, base_of, charged_to
@@ -49,7 +48,6 @@ DRIVEN_S = 2700.0  # of it are given, so that a verdict takes a minute or two
 DRIVEN = 0.6  # of the charge of a test, which is drawn in that time
 YOUNG = ("US06 25 degC", "US06 10 degC")  # the cell had aged before the other cycles
 AGAIN_1C = "03-10-17_23.36_3349_Dis1C_2.mat"
-LATE_V, LATE_A = 0.05, 1.0  # of a sample in which the voltage fell, and the current did not rise
 SHORT_PULSES = (
     "negative.stoichiometry_max", "negative.stoichiometry_min", "positive.stoichiometry_max",
     "capacity_C", "series_resistance_ohm", "negative.exchange_current_A_m2",
@@ -147,7 +145,7 @@ def _lg_m50(folder: Path, concealed: Collection[str]) -> Given:
     """
     rates, pulses = (matlab(recording(folder, f)) for f in (lg_m50.RATES, lg_m50.PULSES))
     slow = lg_m50.rate(rates, 25, "0.1C")
-    short = (_felt(lg_m50.pulse(pulses, tenths, slow)) for tenths in lg_m50.PULSED)
+    short = (lg_m50.pulse(pulses, tenths, slow) for tenths in lg_m50.PULSED)
     hidden = (*concealed, "2C 0 degC", "2C 10 degC")
     others = (read(folder) for name, read in _lg_m50s().items() if name not in hidden)
     start = Pack(cell=load_cell("lg_m50"))
@@ -166,24 +164,6 @@ def _lg_m50_2(folder: Path, concealed: Collection[str]) -> Given:
 
 def _lg_m50_slow(folder: Path, concealed: Collection[str]) -> Given:
     return _slow(_lg_m50(folder, (*concealed, *_lg_m50s())))
-
-
-def _felt(test: RealTest) -> RealTest:
-    """Without samples whose voltage tells of a current that the logger tells only a sample later.
-
-    Steps of LATE_V beside no current.
-    """
-    fell = np.abs(np.diff(test.voltage_V, prepend=test.voltage_V[0])) > LATE_V
-    changed = np.abs(np.diff(test.current_A, prepend=0.0)) > LATE_A
-    return _kept(test, ~fell | changed)
-
-
-def _kept(test: RealTest, keep: npt.NDArray[np.bool_]) -> RealTest:
-    temperature_K = None if test.temperature_K is None else test.temperature_K[keep]
-    return replace(
-        test, time_s=test.time_s[keep], current_A=test.current_A[keep],
-        voltage_V=test.voltage_V[keep], temperature_K=temperature_K,
-    )  # fmt: skip
 
 
 def _panasonic(folder: Path, concealed: Collection[str]) -> Given:
@@ -233,9 +213,7 @@ def _melasta(folder: Path, concealed: Collection[str]) -> Given:
 
 
 def _melasta_test(folder: Path, name: str) -> RealTest:
-    """The first sample, logged as the current was switched on, has the voltage of the rest."""
-    whole = melasta.tests(folder)[name]
-    test = replace(whole, current_A=np.concatenate([[0.0], whole.current_A[1:]]))
+    test = melasta.tests(folder)[name]
     return test if name == "C/10" else until(test, FLOWN)
 
 

@@ -26,6 +26,7 @@ RATES = "battery/lg_m50/LGM50_5Ah_RateTest.mat"
 PULSES = "battery/lg_m50/LGM50_5Ah_Pulse.mat"
 PULSED = (9, 7, 5, 3, 1)  # tenths of charge; 10 s of 1.5C each
 PULSED_CELL = "Cell1"
+FELL_V, FLOWS_A = 0.05, 1.0  # of a pulse of 7.5 A
 OTHER = "battery/lg_m50/tec/Cell{}_{}_{}degC.csv"
 OTHER_COLUMNS = (3, 7, 8, 13)  # time, voltage, charging current, temperature
 
@@ -66,21 +67,28 @@ def other(folder: Path, cell: int, name: str, degrees: int, which: int = 0) -> R
 
 
 def pulse(raw: SimpleNamespace, tenths: int, slow: RealTest) -> RealTest:
-    """One pulse at 25 degC and the 10 s after it; tenths of the charge of a slow discharge.
+    """One pulse at 25 degC from the rest before it; tenths of the charge of a slow discharge.
 
     That is what the file means: the rest voltages lie within 1 % of charge of its open-circuit
-    curve (the one at a tenth: 3.5 %).
+    curve (the one at a tenth: 3.5 %). The logger reads voltage and current one after the other: as
+    the pulse begins a row has its voltage and still no current, which is put right; as it ends one
+    has no current and still its voltage, so that the time of the end is not known, nor what follows
+    it of use.
     """
     test = getattr(getattr(raw.T25, f"SoC{tenths}"), PULSED_CELL).data
+    current_A = -test.Current
+    began = int(np.argmax(np.diff(test.Voltage) < -FELL_V)) + 1
+    current_A[began] = max(current_A[began], current_A[began + 1])
     whole = RealTest(
         name=f"pulse at {tenths}0 % 25 degC",
         time_s=test.ProgTime,
-        current_A=-test.Current,
+        current_A=current_A,
         voltage_V=test.Voltage,
         temperature_K=np.full(test.ProgTime.size, test.LogTemp001[0] + ZERO_CELSIUS_K),
         drawn_before_C=(1 - tenths / 10) * float(slow.drawn_C[-1]),
     )
-    return on_one_clock(whole)
+    ended = int(np.flatnonzero(current_A > FLOWS_A)[-1]) + 1
+    return on_one_clock(whole.part(slice(began - 1, ended)))
 
 
 def cell(folder: Path) -> RealCell:

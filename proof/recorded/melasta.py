@@ -13,22 +13,28 @@ from twin.constants import ZERO_CELSIUS_K
 FILE = "battery/melasta_lipo/SLPBA842124HV_rate_25degC_time_repaired.csv"
 STEPS = {"C/10": 4, "1C": 8, "2C": 12, "5C": 16, "9.1C": 21}
 """Test -> `step_index` of its discharge."""
+SWITCHED_S = 0.025
 
 
 def tests(folder: Path) -> dict[str, RealTest]:
-    """The discharges of STEPS without their first sample, from before the current flows.
+    """The discharges of STEPS, from the last sample at rest.
 
-    Temperature: the second thermocouple, the hottest.
+    The row in which the current is first told still has the voltage of the rest; the next, if it
+    comes within SWITCHED_S, one between that and the cell's, and is left out. Temperature: the
+    second thermocouple, the hottest.
     """
     raw = np.genfromtxt(recording(folder, FILE), delimiter=",", names=True)
     out = {}
     for name, step in STEPS.items():
         rows = raw[raw["step_index"] == step]
         rows = rows[1:][np.diff(rows["test_time_second"]) > 0]
+        since_s = rows["test_time_second"] - rows["test_time_second"][0]
+        told = (since_s == 0.0) | (since_s > SWITCHED_S)
+        rows, since_s = rows[told], since_s[told]
         out[name] = RealTest(
             name=name,
-            time_s=rows["test_time_second"] - rows["test_time_second"][0],
-            current_A=-rows["current_ampere"],
+            time_s=since_s,
+            current_A=np.where(since_s > 0.0, -rows["current_ampere"], 0.0),
             voltage_V=rows["voltage_volt"],
             temperature_K=rows["temperature_t2_celsius"] + ZERO_CELSIUS_K,
         )
