@@ -175,7 +175,8 @@ def _calibrate(given: Given, place: Path) -> None:
         empty_V = pack.cell.lower_cut_off_V
         *_, found = predicted(best.problem, best.q, tests, near)
         squares = [
-            _rms_V(tests[k].voltage_V, v, empty_V) ** 2 for k, v in zip(near, found, strict=True)
+            _rms_V(t.voltage_V[~t.mixed()], voltage_V, empty_V) ** 2
+            for t, voltage_V in zip((tests[k] for k in near), found, strict=True)
         ]
         named = ", ".join(tests[k].name for k in near)
         errors_V[f"{named}, by a fit to the others"] = float(np.sqrt(np.mean(squares)))

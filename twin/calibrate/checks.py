@@ -70,20 +70,20 @@ def rms(error: FloatArray) -> float:
 
 
 def fitted(problem: Problem, q: FloatArray, tests: Sequence[ReferenceTest]) -> tuple[Fitted, ...]:
-    """Every test of `problem`, in full."""
+    """Every test of `problem`, in full but for rows with another current's voltage."""
     values = problem.values(q)
     first = len(problem.table) - len(tests)
     capacity_C = values[[p.name for p in problem.table].index("capacity_C")]
     out = []
     for k, test in enumerate(tests):
-        soc = problem.mapped(q, k).numbers["initial_soc"]
+        soc, told = problem.mapped(q, k).numbers["initial_soc"], ~test.mixed()
         one = Fitted(
             name=test.name,
-            time_s=test.time_s,
-            current_A=test.current_A,
-            measured_V=test.voltage_V,
-            simulated_V=problem.replayed(q, test, float(values[first + k])),
-            soc=soc - test.drawn_C() / capacity_C,
+            time_s=test.time_s[told],
+            current_A=test.current_A[told],
+            measured_V=test.voltage_V[told],
+            simulated_V=problem.replayed(q, test, float(values[first + k]))[told],
+            soc=(soc - test.drawn_C() / capacity_C)[told],
             noise_V=problem.tests[k].noise_V,
             between=test.between,
         )
@@ -94,7 +94,9 @@ def fitted(problem: Problem, q: FloatArray, tests: Sequence[ReferenceTest]) -> t
 def predicted(
     problem: Problem, q: FloatArray, tests: Sequence[ReferenceTest], places: Collection[int]
 ) -> Iterator[tuple[FloatArray, ...]]:
-    """The (n,) voltages of the tests at `places` by a fit to the others; empty while it goes on.
+    """Voltages of the tests at `places` by a fit to the others; empty while it goes on.
+
+    (n,) each, without rows that have the voltage of another current.
 
     The weights, what is held and bumps on the open-circuit curve are theirs. Of the tests at
     `places` only the voltage at the start is used, as a state to start from; and `q`, the fit to
@@ -109,4 +111,4 @@ def predicted(
         best = s.q
         yield ()
     starts = problem.table[len(problem.table) - len(tests) :]
-    yield tuple(others.replayed(best, tests[k], starts[k].mean) for k in places)
+    yield tuple(others.replayed(best, tests[k], starts[k].mean)[~tests[k].mixed()] for k in places)

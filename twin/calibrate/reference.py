@@ -1,15 +1,17 @@
 """A reference test of one cell, with the sign of its current, and what it leaves unknown."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import numpy.typing as npt
 
+from twin.calibrate.switched import mixed_rows
 from twin.calibrate.table import CalibrationError, MeasuredTable
 from twin.load import Between
 from twin.pack import Pack
 
 FloatArray = npt.NDArray[np.float64]
+BoolArray = npt.NDArray[np.bool_]
 
 OUTSIDE_V = 0.15  # a cell's sensor may err, and a pulse may go beyond a cut-off, by so much
 NEAR_V = 0.02  # of a cut-off: reached
@@ -49,6 +51,12 @@ class ReferenceTest:
         mean = i[:-1] if self.between is Between.HOLD else (i[:-1] + i[1:]) / 2
         return np.concatenate([[0.0], np.cumsum(dt * mean)])
 
+    def mixed(self) -> BoolArray:
+        """(n,) rows with the voltage of another current, see `switched.py`: not to be compared."""
+        out = np.zeros(self.time_s.size, dtype=bool)
+        out[mixed_rows(self.current_A, self.voltage_V)] = True
+        return out
+
 
 def reference_test(
     table: MeasuredTable, pack: Pack, *, between: Between = Between.HOLD, ambient_K: float = 298.15
@@ -71,7 +79,7 @@ def reference_test(
     sign, said = discharge_sign(table.current_A, table.voltage_V, name=table.name)
     if table.temperature_K is not None:
         ambient_K = float(table.temperature_K[0])
-    return ReferenceTest(
+    test = ReferenceTest(
         name=table.name,
         time_s=table.time_s,
         current_A=sign * table.current_A / pack.parallel,
@@ -82,6 +90,14 @@ def reference_test(
         remarks=(said,),
         cells_V=table.cells_V,
     )
+    mixed = test.mixed()
+    if not mixed.any():
+        return test
+    left_out = (
+        "rows left out at changes of the current, whose voltage is of the other side of it: "
+        f"{mixed.sum()} (the first at {test.time_s[mixed][0]:.6g} s)"
+    )
+    return replace(test, remarks=(said, left_out))
 
 
 def discharge_sign(current: FloatArray, voltage: FloatArray, *, name: str) -> tuple[float, str]:

@@ -106,6 +106,7 @@ def sampled(test: ReferenceTest, capacity_C: float) -> Sampled:
     current_A = np.append(np.concatenate(currents), test.current_A[last])
     index = np.append(np.concatenate(nodes), last)
     voltage_V, count = local_means(test, index, cuts)
+    told = ~test.mixed()[index]
     start_V, start_sigma_V = _start(test, bounds, capacity_C)
     return Sampled(
         name=test.name,
@@ -113,15 +114,15 @@ def sampled(test: ReferenceTest, capacity_C: float) -> Sampled:
             time_s=time_s, current_A=current_A, between=test.between, ambient_K=test.ambient_K,
             longest_step_s=LONGEST_S if held else 1.0,
         ),
-        at=np.searchsorted(time_s, test.time_s[index]),
-        voltage_V=voltage_V,
-        count=count,
-        sigma_V=expected_V(noise_V, count),
-        drawn_C=drawn_C[index],
+        at=np.searchsorted(time_s, test.time_s[index[told]]),
+        voltage_V=voltage_V[told],
+        count=count[told],
+        sigma_V=expected_V(noise_V, count[told]),
+        drawn_C=drawn_C[index[told]],
         noise_V=noise_V,
         start_V=start_V,
         start_sigma_V=start_sigma_V,
-        temperature_K=None if test.temperature_K is None else test.temperature_K[index],
+        temperature_K=None if test.temperature_K is None else test.temperature_K[index[told]],
     )  # fmt: skip
 
 
@@ -183,13 +184,14 @@ def local_means(
 ) -> tuple[FloatArray, FloatArray]:
     """(m,) voltage at the samples `index`, a mean of those around each, and how many they were.
 
-    As many on either side, half way to the next kept one and within the phase; a slope that
-    uneven times leave in the mean is taken out.
+    As many on either side, half way to the next kept one and within the phase, none beside a row
+    with another current's voltage; a slope that uneven times leave in the mean is taken out.
     """
     before = np.diff(index, prepend=index[0])
     after = np.diff(index, append=index[-1])
     half = np.minimum(before, after) // 2
-    half[np.isin(index, cuts)] = 0
+    mixed = np.flatnonzero(test.mixed())
+    half[np.isin(index, np.concatenate([cuts, mixed - 1, mixed, mixed + 1]))] = 0
     value, time_s = np.empty(index.size), test.time_s
     for k, (i, h) in enumerate(zip(index.tolist(), half.tolist(), strict=True)):
         span = slice(i - h, i + h + 1)
@@ -221,4 +223,5 @@ def _start(test: ReferenceTest, bounds: list[int], capacity_C: float) -> tuple[f
     if abs(lost_V) > 0.01 * LOADED_V:
         return float(test.voltage_V[0]) + lost_V, RESTED_V + abs(lost_V)
     stop = min(max(bounds[1], 1), START_SAMPLES)
-    return float(test.voltage_V[:stop].mean()), RESTED_V
+    rested = ~test.mixed()[:stop]
+    return float(test.voltage_V[:stop][rested].mean()), RESTED_V
