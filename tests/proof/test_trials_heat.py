@@ -5,11 +5,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from proof.recorded import leaf_cell, lg_m50, panasonic
+from proof.recorded import leaf_cell, lg_m50, melasta, panasonic
 from proof.recorded.base import charged_to, rest_soc
 from proof.recorded.heat_bases import CELLS
 from proof.recorded.heat_list import ENTRIES, Kind
-from proof.recorded.measured import NotHere, RealTest
+from proof.recorded.measured import NotHere, RealTest, matlab, recording
 from proof.recorded.thinned import binned, every, spaced, until
 from proof.recorded.trials_heat import EFFECTS, KINDS, heat_trials
 from proof.trial import NoTrial
@@ -115,6 +115,28 @@ def test_the_other_lg_cells_start_at_rest_and_end_empty() -> None:
     assert test.current_A[1:].min() > 2.4
     assert test.voltage_V[-1] == pytest.approx(2.5, abs=0.01)
     assert test.drawn_C[-1] / 3600 == pytest.approx(4.29, abs=0.01)
+
+
+def test_no_voltage_is_told_beside_another_current() -> None:
+    """The logger of the LG reads one after the other; its pulses are 10 s of 7.5 A."""
+    try:
+        rates, pulses = (matlab(recording(SHARED, f)) for f in (lg_m50.RATES, lg_m50.PULSES))
+        whole = melasta.tests(SHARED)
+    except NotHere as e:
+        pytest.skip(str(e))
+    slow = lg_m50.rate(rates, 25, "0.1C")
+    for tenths in lg_m50.PULSED:
+        test = lg_m50.pulse(pulses, tenths, slow)
+        assert test.current_A[0] == pytest.approx(0.0, abs=1e-3)
+        assert test.current_A[1:] == pytest.approx(7.5, abs=0.02)
+        assert test.time_s[-1] - test.time_s[1] == pytest.approx(10.0, abs=0.1)
+        lost_ohm = (test.voltage_V[0] - test.voltage_V[1:]) / 7.5
+        assert 0.03 < lost_ohm.min() < lost_ohm.max() < 0.05
+    for name in ("2C", "5C", "9.1C"):
+        test = whole[name]
+        lost_ohm = (test.voltage_V[0] - test.voltage_V[1]) / test.current_A[1]
+        assert test.current_A[0] == 0.0
+        assert 0.0027 < lost_ohm < 0.0033  # the row in mid switch: 0.0014
 
 
 @pytest.mark.parametrize("soc", [0.05, 0.5, 1.0])
