@@ -56,7 +56,8 @@ def decide(
         scale: by which variances exceed what was expected.
         noise_V: white noise of the held-out recordings.
         stated_V: error of the twin as whoever calibrated it states it; 0 if nobody did. An effect
-            has to change the voltage by more, in what is fitted as in what is held out.
+            has to change the voltage by more, in what is fitted as in what is held out; or by more
+            than OWN_ERROR of it in what is held out, where it was not fitted.
     """
     null = next(m for m in models if not m.ids)
     enough = _enough(models, stated_V, noise_V) if stated_V else ()
@@ -64,7 +65,8 @@ def decide(
         models, scale = enough, scale_of(m.fitted for m in enough)
     best = models[0] if enough else _simplest(models)
     changes_V = _changes_V(best.fitted, null.fitted)
-    small = max(changes_V) < NUMERICS_V * _series(null.fitted) or min(changes_V) < stated_V
+    small = max(changes_V) < NUMERICS_V * _series(null.fitted)
+    small |= min(changes_V) < stated_V and changes_V[1] < OWN_ERROR * stated_V
     own = bool(stated_V) and _within(null.fitted, hypot(stated_V, noise_V))
     idle = not best.ids or null.probability > LIKELY or small or own
     if idle or _misleads(best.fitted, null.fitted):

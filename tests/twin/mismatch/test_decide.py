@@ -59,6 +59,8 @@ def test_what_predicts_worse_than_nothing_is_not_named(excess: float, verdict: V
     [
         (0.025, 0.024, 0.019, Verdict.NONE),
         (0.025, 0.024, 0.050, Verdict.UNKNOWN),  # of what was held out it explains more
+        (0.025, 0.024, 0.060, Verdict.NAMED),  # than the twin may err by elsewhere
+        (0.025, 0.090, 0.024, Verdict.UNKNOWN),  # what was fitted is no witness
         (0.025, 0.050, 0.024, Verdict.UNKNOWN),  # of what was fitted
         (0.025, 0.050, 0.050, Verdict.NAMED),
         (0.0, 0.024, 0.019, Verdict.NAMED),  # nobody stated one
