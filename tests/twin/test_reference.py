@@ -11,7 +11,7 @@ from twin.builtin import load_cell
 def test_a_stored_load_is_the_one_its_formula_makes(name: str) -> None:
     reference = Reference.read(name)
     made = LOADS[reference.cell, reference.kind]
-    np.testing.assert_allclose(reference.load.time_s, made.time_s, rtol=0, atol=1e-12)
+    np.testing.assert_allclose(reference.load.time_s, made.time_s, rtol=1e-12)
     np.testing.assert_allclose(reference.load.current_A, made.current_A, rtol=1e-12)
     assert reference.load.hold == made.hold
 
