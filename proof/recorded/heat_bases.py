@@ -119,7 +119,7 @@ def _scaled(slow: RealTest, name: str = "lg_m50") -> Pack:
 def _samsung(folder: Path, concealed: Collection[str], cell: str = "S001") -> Given:
     """Of S002 only 1C and faster is there; the slow test and pulses are those of S001.
 
-    Its own error: at 1C of the other of the two.
+    Not fitted: 1C of the other of the two.
     """
     slow = samsung.read(folder, "C10")
     unseen = (_samsung_test(folder, "1C", "S002" if cell == "S001" else "S001"),)
@@ -139,7 +139,7 @@ def _samsung_slow(folder: Path, concealed: Collection[str]) -> Given:
 
 
 def _lg_m50(folder: Path, concealed: Collection[str]) -> Given:
-    """Its own error is that at 0.5C and 0 degC, which no trial of this cell uses.
+    """Not fitted: 0.5C at 0 degC, which no trial of this cell uses.
 
     Not fitted to 2C in the cold: there the salt of the twin runs out, and least squares stop.
     """
@@ -170,7 +170,7 @@ def _panasonic(folder: Path, concealed: Collection[str]) -> Given:
     """C/20, and of the others the charge that the trials use.
 
     Every third stretch of the pulses at 25 degC, and of those at 0 degC, and of YOUNG what is not
-    concealed. Its own error: at 1C on another day, and in the stretches that follow those.
+    concealed. Not fitted: 1C on another day, and the stretches that follow those.
     """
     given = _panasonic_slow(folder, ())
     one, again = (_panasonic_1c(folder, file) for file in (panasonic.ONE_C, AGAIN_1C))
