@@ -20,6 +20,11 @@ follow the charge: in slow discharges of two cells it fell to 1/e in 195 to 1080
 ALONG = 0.5
 """Of its squares, the share that follows the current. In drive cycles of two cells 0.2 to 0.4 of
 the squares changed within 20 s, as the current does, in steady discharges 0.02 to 0.04."""
+SETTLED_S = 10.0
+"""After the load of a recording is switched on. What is stated of a twin's error is a mean over
+hours of tests, and says nothing of the seconds in which double layers charge and reactions start:
+two calibrated cells missed these by 40 to 70 mV, two to four times the error that was stated."""
+LOADED = 0.5  # of the largest current
 BLOCKS = 6  # of a single recording; the even ones are held out
 GAP_S = 5.0  # between blocks, longer than what is remembered in the fast part of a residual
 SHARPER = 0.9  # of the noise that was thought
@@ -33,14 +38,16 @@ def split(
     """The recordings with what is noise in them.
 
     Without `held_out` the last of several is held out; of a single one every second block. `slow_V`
-    is the twin's own error of a pack, by tests it was not fitted to; None takes that of its
-    numerics.
+    is the twin's own error of a pack, by tests it was not fitted to: then the first SETTLED_S of
+    load are not judged. None takes that of its numerics.
 
     Raises:
         MismatchError: too little to judge.
     """
     if not fitted:
         raise MismatchError("no recording to explain")
+    if slow_V is not None:
+        fitted, held_out = ([_settled(f) for f in part] for part in (fitted, held_out))
     for flight in (*fitted, *held_out):
         check(flight)
     if not held_out and len(fitted) > 1:
@@ -118,6 +125,14 @@ def _white_V(flight: Flight, residual_V: FloatArray) -> float:
     period_s = float(np.median(dt)) if dt.size else 1.0
     white = white_V(residual_V[counted], flight.load.current_A[counted], period_s)
     return float(max(white, step_V(flight.voltage_V) / np.sqrt(12.0)))
+
+
+def _settled(flight: Flight) -> Flight:
+    """Judged but from the last sample without its load to SETTLED_S after the first one with it."""
+    drawn_A, t = np.abs(flight.load.current_A), flight.time_s
+    first = int(np.argmax(drawn_A >= LOADED * drawn_A.max()))
+    young = (t >= t[max(first - 1, 0)]) & (t < t[first] + SETTLED_S)
+    return replace(flight, judged=flight.judged & ~young)
 
 
 def _blocks(flight: Flight) -> tuple[BoolArray, BoolArray]:
