@@ -128,8 +128,9 @@ SEVERAL: Mapping[str, tuple[tuple[str, ...], tuple[tuple[float, ...], ...]]] = {
 """Fitted numbers and starts of effects for which they are not just all, from the prior's centre.
 
 A cold pack mostly has the temperature of the air; rates change thirtyfold from 25 to -20 degC, and
-a twin too cold is empty at its first pulse: descent from 25 ends at such edges. Of a clock all shifts that it may have: gusts that do not overlap draw a fit nowhere, and between
-samples every shift averages noise, a minimum of its own half a sample from none."""
+a twin too cold is empty at its first pulse: descent from 25 ends at such edges. Of a clock all
+shifts that it may have: gusts that do not overlap draw a fit nowhere, and between samples every
+shift averages noise, a minimum of its own half a sample from none."""
 
 
 OF_CHARGE = (

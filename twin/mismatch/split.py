@@ -24,7 +24,7 @@ SETTLED_S = 10.0
 """After the load of a recording is switched on. What is stated of a twin's error is a mean over
 hours of tests, and says nothing of the seconds in which double layers charge and reactions start:
 two calibrated cells missed these by 40 to 70 mV, two to four times the error that was stated."""
-LOADED = 0.5  # of the largest current
+LOADED = 0.1  # of the largest current
 BLOCKS = 6  # of a single recording; the even ones are held out
 GAP_S = 5.0  # between blocks, longer than what is remembered in the fast part of a residual
 SHARPER = 0.9  # of the noise that was thought
