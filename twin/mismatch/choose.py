@@ -9,6 +9,7 @@ than noise (its excess) make all evidence worth less by that factor: none is the
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import combinations
+from math import log
 
 import numpy as np
 import numpy.typing as npt
@@ -23,6 +24,7 @@ FloatArray = npt.NDArray[np.float64]
 PRIOR = 0.02
 """Of an effect, before anything is seen; of the controls, that nothing is left out, 1 / (1 + 20 x)
 of it remains when twenty of them are looked for."""
+LEAST_GAIN = -2.0 * log(PRIOR)  # squares that an effect has to take to be worth its prior
 MOST_EFFECTS = 3
 TRIED = 6
 """Larger combinations of each size that are fitted: those that the linearised twin, about each of
@@ -30,11 +32,7 @@ the smaller ones, says leave least."""
 BENT = 0.3
 """Of what a linearised twin says that a model takes away, how much more it may truly take away: the
 twin bends under large effects. What cannot come near the best even so is not fitted."""
-BENT_ALONE = 1.5
-"""The same of one effect, from a twin that has none, which may be far: of real cells self-heating
-took 1.4, cold 2.4 times as much as promised."""
 NOISY = 1.2  # squares a residual, of noise that was estimated
-UNSAID = 2.5  # excess of the best above which every effect is fitted, whatever it promised
 SLACK = 10.0  # squares that may be left beyond those of the best
 NEARLY_ALL = 0.03
 """Of the squares beyond the noise, held out: what leaves no more is named though something else is
@@ -101,6 +99,11 @@ class Promise:
     left: float
     log_evidence: float
 
+    @property
+    def gained(self) -> float:
+        """Squares less than without."""
+        return _squares(self.base) - self.left
+
 
 def models(
     data: Data,
@@ -136,19 +139,19 @@ class _Looked:
         self._shapes = {h.id: shape_of(h, null, data) for h in self._hypotheses}
 
     def alone(self, most: int | None, *, choosy: bool) -> None:
-        """One effect each; all of them if those that may win leave much unsaid."""
-        promises = self._promises(0)[:most]
-        for promise in promises:
-            if self._may_win(promise, choosy=choosy):
-                self._extended(promise)
-        if not choosy and self._scale > UNSAID:
-            for promise in promises:  # the twin may bend more than was thought
+        """One effect each, whatever it promises: from a twin without any it may be a long way.
+
+        Of real cells self-heating took 1.4, cold 2.4 times as much as promised; where the twin is
+        empty at half of a recording, all promise next to nothing. If `choosy`, what may win.
+        """
+        for promise in self._promises(0)[:most]:
+            if self._may_win(promise) if choosy else promise.gained > LEAST_GAIN:
                 self._extended(promise)
 
     def together(self, size: int) -> None:
         """So many effects each."""
         for promise in self._promises(size - 1)[:TRIED]:
-            if self._may_win(promise, choosy=True):
+            if self._may_win(promise):
                 self._extended(promise)
 
     def in_place(self) -> None:
@@ -163,7 +166,7 @@ class _Looked:
                 base = self._fitted(rest, best)
                 promises = self._promises_of(base) if rest else []
                 for promise in sorted(promises, key=lambda p: p.left)[:TRIED]:
-                    if self._may_win(promise, choosy=True):
+                    if self._may_win(promise):
                         self._extended(promise)
 
     def _fitted(self, chosen: Sequence[Hypothesis], base: Fitted | None = None) -> Fitted:
@@ -196,19 +199,18 @@ class _Looked:
         others = [h for h in self._hypotheses if h.id not in base.ids]
         return [_promise(base, h, self._shapes[h.id]) for h in others]
 
-    def _may_win(self, promise: Promise, *, choosy: bool) -> bool:
+    def _may_win(self, promise: Promise) -> bool:
         """It may leave no more than the best so far, and gains what an effect more has to.
 
-        If `choosy` it has to promise, too, that little more than noise is left: on what no effect
-        explains, ever larger combinations would be tried in vain.
+        And promises that little more than noise is left: on what no effect explains, ever larger
+        combinations would be tried in vain.
         """
         squares = [_squares(f) for f in self.done.values()]
-        gained = _squares(promise.base) - promise.left
-        least = promise.left - (BENT if promise.base.ids else BENT_ALONE) * gained
-        worth = least < min(squares) + SLACK * self._scale and gained > -2.0 * np.log(PRIOR)
+        least = promise.left - BENT * promise.gained
         noise = float(promise.base.there.residuals.size)
         said = least < NOISY * noise + NEARLY_ALL * (max(squares) - noise)
-        return worth and (said or not choosy)
+        best = least < min(squares) + SLACK * self._scale
+        return promise.gained > LEAST_GAIN and best and said
 
 
 def scale_of(fits: Iterable[Fitted]) -> float:
