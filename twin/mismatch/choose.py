@@ -141,11 +141,11 @@ class _Looked:
     def alone(self, most: int | None, *, choosy: bool) -> None:
         """One effect each, whatever it promises: from a twin without any it may be a long way.
 
-        Of real cells self-heating took 1.4, cold 2.4 times as much as promised; where the twin is
-        empty at half of a recording, all promise next to nothing. If `choosy`, what may win.
+        Of real cells self-heating took 1.4, cold 2.4 times as much as promised, and what is hardly
+        seen where it is fitted may be all that is held out. If `choosy`, what may win.
         """
         for promise in self._promises(0)[:most]:
-            if self._may_win(promise) if choosy else promise.gained > LEAST_GAIN:
+            if not choosy or self._may_win(promise):
                 self._extended(promise)
 
     def together(self, size: int) -> None:

@@ -128,10 +128,10 @@ def _white_V(flight: Flight, residual_V: FloatArray) -> float:
 
 
 def _settled(flight: Flight) -> Flight:
-    """Judged but from the last sample without its load to SETTLED_S after the first one with it."""
+    """Not judged in the first SETTLED_S of its load."""
     drawn_A, t = np.abs(flight.load.current_A), flight.time_s
     first = int(np.argmax(drawn_A >= LOADED * drawn_A.max()))
-    young = (t >= t[max(first - 1, 0)]) & (t < t[first] + SETTLED_S)
+    young = (t >= t[first]) & (t < t[first] + SETTLED_S)
     return replace(flight, judged=flight.judged & ~young)
 
 

@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 
 from tests.twin.mismatch.recordings import NOISE_V, flown, pack
+from twin.builtin import load_cell
 from twin.effects import (
     CurrentGain,
     InitialSoc,
@@ -19,6 +20,7 @@ from twin.effects import (
     SolidDiffusionPositive,
     VoltageGain,
 )
+from twin.load import Load
 from twin.mismatch import (
     Flight,
     MismatchError,
@@ -28,13 +30,15 @@ from twin.mismatch import (
     explain,
     finding_json,
 )
-from twin.mismatch.hypothesis import HYPOTHESES
+from twin.mismatch.fit import Fitted
+from twin.mismatch.hypothesis import HYPOTHESES, Hypothesis
 from twin.mismatch.locate import change_points
 from twin.mismatch.problem import Problem
 from twin.mismatch.split import split
+from twin.pack import Pack
 from twin.pack_file import effects_of, parse_pack_file
 from twin.sensitivity import sensitivity
-from twin.simulate import changeable
+from twin.simulate import changeable, simulate
 
 FEW = [
     h
@@ -107,6 +111,59 @@ def test_of_larger_models_that_is_tried_first_which_would_leave_noise(
     data = split([flown(truth, seed=1)], [flown(truth, seed=2)])
     pairs = [m.ids for m in choose.models(data, several, most_effects=2) if len(m.ids) == 2]
     assert ("current_gain", "solid_diffusion_positive") in pairs
+
+
+def test_an_effect_alone_is_fitted_whatever_it_promises(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A cell that is not warmed is empty at two thirds of a discharge that warms it, far from it.
+
+    A wrong gain leaves no more than the twin is stated to err by; what is right is fitted still.
+    """
+    real = choose._promise
+
+    def stingy(base: Fitted, h: Hypothesis, shape: choose.Shape) -> choose.Promise:
+        own = real(base, h, shape)
+        if h.id != "self_heating":
+            return own
+        return replace(own, left=own.left + own.gained - 20.0, log_evidence=-np.inf)
+
+    monkeypatch.setattr(choose, "_promise", stingy)
+    isothermal = Pack(cell=load_cell("lg_m50"))
+    warm = replace(isothermal, effects=(SelfHeating(heat_transfer_W_m2_K=10.0),))
+    flights = [_discharged(isothermal, warm, seed, rate) for seed, rate in ((1, 2.5), (2, 2.0))]
+    few = [h for h in FEW if h.id in ("current_gain", "self_heating")]
+    found = choose.models(split(flights[:1], flights[1:], slow_V=0.08), few)
+    assert [m.ids for m in found[:2]] == [("self_heating",), ("current_gain",)]
+    assert found[0].fitted.held_out_rms_V() < 0.1 * found[1].fitted.held_out_rms_V()
+
+
+def _discharged(twin: Pack, truth: Pack, seed: int, rate: float) -> Flight:
+    """Steadily, every 10 s, nearly empty."""
+    time_s = np.arange(0.0, 3250.0 / rate, 10.0)
+    load = Load(
+        time_s=time_s, current_A=np.full(time_s.size, 5.0 * rate), ambient_K=truth.initial_K
+    )
+    noise = np.random.default_rng(seed).normal(0.0, 1e-3, time_s.size)
+    return Flight(
+        name=f"discharge {seed}",
+        pack=twin,
+        load=load,
+        voltage_V=simulate(truth, load).require().voltage_V + noise,
+        judged=np.ones(time_s.size, dtype=bool),
+        motion=np.full(time_s.size, ""),
+    )
+
+
+def test_the_first_seconds_of_load_are_not_judged_where_an_error_of_the_twin_is_stated() -> None:
+    """At rest before and after 10 s of it, as ever."""
+    own, other = flown(seed=1), flown(seed=2)
+    drawn_A = np.abs(own.load.current_A)
+    on = int(np.argmax(drawn_A >= 0.1 * drawn_A.max()))
+    assert 1 < on < 100
+    ((free, _),) = split([own], [other]).fitted
+    ((judged, _),) = split([own], [other], slow_V=0.02).fitted
+    assert free.judged.all()
+    young = np.flatnonzero(~judged.judged)
+    assert young.tolist() == list(range(on, on + 100))
 
 
 def test_what_no_hypothesis_is_stays_unknown_and_is_described() -> None:
