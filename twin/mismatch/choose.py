@@ -9,7 +9,6 @@ than noise (its excess) make all evidence worth less by that factor: none is the
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import combinations
-from math import log
 
 import numpy as np
 import numpy.typing as npt
@@ -24,7 +23,6 @@ FloatArray = npt.NDArray[np.float64]
 PRIOR = 0.02
 """Of an effect, before anything is seen; of the controls, that nothing is left out, 1 / (1 + 20 x)
 of it remains when twenty of them are looked for."""
-LEAST_GAIN = -2.0 * log(PRIOR)  # squares that an effect has to take to be worth its prior
 MOST_EFFECTS = 3
 TRIED = 6
 """Larger combinations of each size that are fitted: those that the linearised twin, about each of
@@ -32,7 +30,12 @@ the smaller ones, says leave least."""
 BENT = 0.3
 """Of what a linearised twin says that a model takes away, how much more it may truly take away: the
 twin bends under large effects. What cannot come near the best even so is not fitted."""
+FAR_V = 0.05
+"""A cell: a twin without effects that misses more, rms, is fitted with each alone whatever it
+promises. Of real cells self-heating took 1.4, cold 2.4 times as much as promised, and what is
+hardly seen where it is fitted may be all that is held out."""
 NOISY = 1.2  # squares a residual, of noise that was estimated
+UNSAID = 2.5  # excess of the best above which every effect is fitted, whatever it promised
 SLACK = 10.0  # squares that may be left beyond those of the best
 NEARLY_ALL = 0.03
 """Of the squares beyond the noise, held out: what leaves no more is named though something else is
@@ -99,11 +102,6 @@ class Promise:
     left: float
     log_evidence: float
 
-    @property
-    def gained(self) -> float:
-        """Squares less than without."""
-        return _squares(self.base) - self.left
-
 
 def models(
     data: Data,
@@ -139,19 +137,19 @@ class _Looked:
         self._shapes = {h.id: shape_of(h, null, data) for h in self._hypotheses}
 
     def alone(self, most: int | None, *, choosy: bool) -> None:
-        """One effect each, whatever it promises: from a twin without any it may be a long way.
-
-        Of real cells self-heating took 1.4, cold 2.4 times as much as promised, and what is hardly
-        seen where it is fitted may be all that is held out. If `choosy`, what may win.
-        """
-        for promise in self._promises(0)[:most]:
-            if not choosy or self._may_win(promise):
+        """One effect each; all of them if those that may win leave much unsaid, or see FAR_V."""
+        promises = self._promises(0)[:most]
+        for promise in promises:
+            if self._may_win(promise, choosy=choosy):
+                self._extended(promise)
+        if not choosy and (self._scale > UNSAID or self._far):
+            for promise in promises:  # the twin may bend more than was thought
                 self._extended(promise)
 
     def together(self, size: int) -> None:
         """So many effects each."""
         for promise in self._promises(size - 1)[:TRIED]:
-            if self._may_win(promise):
+            if self._may_win(promise, choosy=True):
                 self._extended(promise)
 
     def in_place(self) -> None:
@@ -166,7 +164,7 @@ class _Looked:
                 base = self._fitted(rest, best)
                 promises = self._promises_of(base) if rest else []
                 for promise in sorted(promises, key=lambda p: p.left)[:TRIED]:
-                    if self._may_win(promise):
+                    if self._may_win(promise, choosy=True):
                         self._extended(promise)
 
     def _fitted(self, chosen: Sequence[Hypothesis], base: Fitted | None = None) -> Fitted:
@@ -199,18 +197,25 @@ class _Looked:
         others = [h for h in self._hypotheses if h.id not in base.ids]
         return [_promise(base, h, self._shapes[h.id]) for h in others]
 
-    def _may_win(self, promise: Promise) -> bool:
+    @property
+    def _far(self) -> bool:
+        null = self.done[()]
+        series = min(f.pack.series for f in null.problem.flights)
+        return max(null.rms_V(), null.held_out_rms_V()) > FAR_V * series
+
+    def _may_win(self, promise: Promise, *, choosy: bool) -> bool:
         """It may leave no more than the best so far, and gains what an effect more has to.
 
-        And promises that little more than noise is left: on what no effect explains, ever larger
-        combinations would be tried in vain.
+        If `choosy` it has to promise, too, that little more than noise is left: on what no effect
+        explains, ever larger combinations would be tried in vain.
         """
         squares = [_squares(f) for f in self.done.values()]
-        least = promise.left - BENT * promise.gained
+        gained = _squares(promise.base) - promise.left
+        least = promise.left - BENT * gained
+        worth = least < min(squares) + SLACK * self._scale and gained > -2.0 * np.log(PRIOR)
         noise = float(promise.base.there.residuals.size)
         said = least < NOISY * noise + NEARLY_ALL * (max(squares) - noise)
-        best = least < min(squares) + SLACK * self._scale
-        return promise.gained > LEAST_GAIN and best and said
+        return worth and (said or not choosy)
 
 
 def scale_of(fits: Iterable[Fitted]) -> float:
