@@ -30,10 +30,12 @@ the smaller ones, says leave least."""
 BENT = 0.3
 """Of what a linearised twin says that a model takes away, how much more it may truly take away: the
 twin bends under large effects. What cannot come near the best even so is not fitted."""
-FAR_V = 0.05
-"""A cell: a twin without effects that misses more, rms, is fitted with each alone whatever it
-promises. Of real cells self-heating took 1.4, cold 2.4 times as much as promised, and what is
-hardly seen where it is fitted may be all that is held out."""
+BENT_ALONE = 1.5
+"""The same of one effect, from a twin that has none and may be far: of real cells self-heating took
+1.4, cold 2.4 times as much as promised."""
+AHEAD = 2.0
+"""What is held out is missed by so many times more than what is fitted: that promises nothing then,
+and each effect is fitted."""
 NOISY = 1.2  # squares a residual, of noise that was estimated
 UNSAID = 2.5  # excess of the best above which every effect is fitted, whatever it promised
 SLACK = 10.0  # squares that may be left beyond those of the best
@@ -137,12 +139,13 @@ class _Looked:
         self._shapes = {h.id: shape_of(h, null, data) for h in self._hypotheses}
 
     def alone(self, most: int | None, *, choosy: bool) -> None:
-        """One effect each; all of them if those that may win leave much unsaid, or see FAR_V."""
-        promises = self._promises(0)[:most]
+        """One effect each; all of them if those that may win leave much unsaid, or see AHEAD."""
+        promises, null = self._promises(0)[:most], self.done[()]
         for promise in promises:
             if self._may_win(promise, choosy=choosy):
                 self._extended(promise)
-        if not choosy and (self._scale > UNSAID or self._far):
+        ahead = null.held_out_rms_V() > AHEAD * null.rms_V()
+        if not choosy and (self._scale > UNSAID or ahead):
             for promise in promises:  # the twin may bend more than was thought
                 self._extended(promise)
 
@@ -197,12 +200,6 @@ class _Looked:
         others = [h for h in self._hypotheses if h.id not in base.ids]
         return [_promise(base, h, self._shapes[h.id]) for h in others]
 
-    @property
-    def _far(self) -> bool:
-        null = self.done[()]
-        series = min(f.pack.series for f in null.problem.flights)
-        return max(null.rms_V(), null.held_out_rms_V()) > FAR_V * series
-
     def _may_win(self, promise: Promise, *, choosy: bool) -> bool:
         """It may leave no more than the best so far, and gains what an effect more has to.
 
@@ -211,7 +208,7 @@ class _Looked:
         """
         squares = [_squares(f) for f in self.done.values()]
         gained = _squares(promise.base) - promise.left
-        least = promise.left - BENT * gained
+        least = promise.left - (BENT if promise.base.ids else BENT_ALONE) * gained
         worth = least < min(squares) + SLACK * self._scale and gained > -2.0 * np.log(PRIOR)
         noise = float(promise.base.there.residuals.size)
         said = least < NOISY * noise + NEARLY_ALL * (max(squares) - noise)

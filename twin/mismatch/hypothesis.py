@@ -120,17 +120,11 @@ SEVERAL: Mapping[str, tuple[tuple[str, ...], tuple[tuple[float, ...], ...]]] = {
     ),
     "reaction_kinetics": (("negative_factor", "positive_factor"), ((1.0, 1.0),)),
     "clock_shift": (("shift_s",), tuple((0.25 * k,) for k in range(-12, 13))),
-    "cold_pack": (
-        ("start_offset_K", "ambient_offset_K"),
-        tuple((15.0 * k, 15.0 * k) for k in (0, -1, -2, -3, 1)),
-    ),
 }
 """Fitted numbers and starts of effects for which they are not just all, from the prior's centre.
 
-A cold pack mostly has the temperature of the air; rates change thirtyfold from 25 to -20 degC, and
-a twin too cold is empty at its first pulse: descent from 25 ends at such edges. Of a clock all
-shifts that it may have: gusts that do not overlap draw a fit nowhere, and between samples every
-shift averages noise, a minimum of its own half a sample from none."""
+Of a clock all shifts that it may have: gusts that do not overlap draw a fit nowhere, and between
+samples every shift averages noise, a minimum of its own half a sample from none."""
 
 
 OF_CHARGE = (
