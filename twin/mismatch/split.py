@@ -29,6 +29,7 @@ BLOCKS = 6  # of a single recording; the even ones are held out
 GAP_S = 5.0  # between blocks, longer than what is remembered in the fast part of a residual
 SHARPER = 0.9  # of the noise that was thought
 LEAST_SAMPLES = 50
+LEAST_SETTLED = 25  # of these
 LEAST_S = 15.0
 
 
@@ -46,10 +47,10 @@ def split(
     """
     if not fitted:
         raise MismatchError("no recording to explain")
-    if slow_V is not None:
-        fitted, held_out = ([_settled(f) for f in part] for part in (fitted, held_out))
     for flight in (*fitted, *held_out):
         check(flight)
+    if slow_V is not None:
+        fitted, held_out = ([_settled(f) for f in part] for part in (fitted, held_out))
     if not held_out and len(fitted) > 1:
         fitted, held_out = fitted[:-1], fitted[-1:]
     if not held_out:
@@ -128,11 +129,17 @@ def _white_V(flight: Flight, residual_V: FloatArray) -> float:
 
 
 def _settled(flight: Flight) -> Flight:
-    """Not judged in the first SETTLED_S of its load."""
+    """Not judged in the first SETTLED_S of its load; MismatchError if too little is left."""
     drawn_A, t = np.abs(flight.load.current_A), flight.time_s
     first = int(np.argmax(drawn_A >= LOADED * drawn_A.max()))
-    young = (t >= t[first]) & (t < t[first] + SETTLED_S)
-    return replace(flight, judged=flight.judged & ~young)
+    judged = flight.judged & ~((t >= t[first]) & (t < t[first] + SETTLED_S))
+    if (left := int(np.count_nonzero(judged))) < LEAST_SETTLED:
+        raise MismatchError(
+            f"{flight.name}: {left} samples without the first {SETTLED_S:.0f} s of load, of which "
+            f"the stated error says nothing, expected {LEAST_SETTLED} or more: give a longer "
+            "recording"
+        )
+    return replace(flight, judged=judged)
 
 
 def _blocks(flight: Flight) -> tuple[BoolArray, BoolArray]:

@@ -173,6 +173,17 @@ def test_the_first_seconds_of_load_are_not_judged_where_an_error_of_the_twin_is_
     assert young.tolist() == list(range(on, on + 100))
 
 
+def test_a_recording_of_which_little_is_left_after_them_is_refused() -> None:
+    own = flown(seed=1)
+    drawn_A = np.abs(own.load.current_A)
+    on = int(np.argmax(drawn_A >= 0.1 * drawn_A.max()))
+    late = np.arange(own.time_s.size) >= own.time_s.size - 20
+    short = replace(own, judged=late | ((own.time_s >= own.time_s[on]) & (own.time_s < 9.0)))
+    assert split([short], [own]).fitted
+    with pytest.raises(MismatchError, match="20 samples without the first 10 s of load"):
+        split([short], [own], slow_V=0.02)
+
+
 def test_what_no_hypothesis_is_stays_unknown_and_is_described() -> None:
     """A voltage that sinks with the square root of time is none of FEW."""
 
