@@ -23,7 +23,7 @@ the squares changed within 20 s, as the current does, in steady discharges 0.02 
 SETTLED_S = 10.0
 """After the load of a recording is switched on. What is stated of a twin's error is a mean over
 hours of tests, and says nothing of the seconds in which double layers charge and reactions start:
-a Melasta pouch misses the first 4 s by 41 to 51 mV at 2C and 5C, its heat included, and states 12."""
+a Melasta pouch misses the first 4 s by 41 to 51 mV at 2C and 5C, with its heat (stated: 12)."""
 LOADED = 0.1  # of the largest current
 BLOCKS = 6  # of a single recording; the even ones are held out
 GAP_S = 5.0  # between blocks, longer than what is remembered in the fast part of a residual
