@@ -14,7 +14,7 @@ import numpy as np
 import numpy.typing as npt
 
 from twin.calibrate.polish import bounded
-from twin.mismatch.fit import Data, Fitted, fit
+from twin.mismatch.fit import Data, Fitted, fit, refit
 from twin.mismatch.hypothesis import Hypothesis
 from twin.mismatch.problem import Problem
 
@@ -113,13 +113,25 @@ def models(
     most_alone: int | None = None,
     progress: Callable[[tuple[str, ...]], None] = lambda _: None,
 ) -> tuple[Model, ...]:
-    """All that were fitted, the most probable first; at most so many effects in one, and alone."""
-    looked = _Looked(data, hypotheses, progress)
+    """All that were fitted, the most probable first; at most so many effects in one, and alone.
+
+    Where tails are heavy, least squares are looked for first, which the linearised twin speaks of,
+    and each model is fitted again from there.
+    """
+    squared = data.squared
+    looked = _Looked(squared, hypotheses, progress)
     looked.alone(most_alone, choosy=most_effects == 1)
     for size in range(2, most_effects + 1):
         looked.together(size)
     looked.in_place()
-    return judged(looked.done.values())
+    if squared is data:
+        return judged(looked.done.values())
+
+    def again(there: Fitted) -> Fitted:
+        progress(there.ids)
+        return refit(data, there)
+
+    return judged(map(again, looked.done.values()))
 
 
 class _Looked:

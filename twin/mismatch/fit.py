@@ -7,7 +7,7 @@ held-out ones given the fit: numbers that only fit are paid for, numbers that pr
 """
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from types import MappingProxyType
 
 import numpy as np
@@ -41,6 +41,17 @@ class Data:
     def noise_V(self) -> float:
         """White noise of what is held out."""
         return float(np.sqrt(np.mean([w.noise.white_V**2 for _, w in self.held_out])))
+
+    @property
+    def squared(self) -> "Data":
+        """The same with squares as the loss of all samples, however far off; itself if it is so."""
+        if not any(w.noise.heavy_tailed for _, w in (*self.fitted, *self.held_out)):
+            return self
+        fitted, held_out = (
+            tuple((f, replace(w, noise=replace(w.noise, heavy_tailed=False))) for f, w in own)
+            for own in (self.fitted, self.held_out)
+        )
+        return Data(fitted, held_out)
 
     def problems(self, hypotheses: Sequence[Hypothesis]) -> tuple[Problem, Problem]:
         """Of the fitted and of the held-out recordings."""
@@ -154,6 +165,16 @@ def fit(
         starts += problem.starts_from(known)
     if len(starts) > (most := 1 if known else MOST_FOLLOWED):
         starts = sorted(starts, key=problem.cost)[:most]
+    return _descended(problem, judge, starts)
+
+
+def refit(data: Data, there: Fitted) -> Fitted:
+    """The same hypotheses by another loss, from where they are."""
+    problem, judge = data.problems(there.problem.hypotheses)
+    return _descended(problem, judge, [there.q])
+
+
+def _descended(problem: Problem, judge: Problem, starts: Sequence[FloatArray]) -> Fitted:
     best_q, best_cost = np.zeros(problem.size), np.inf
     for start in starts:
         for step in polish(problem, start, most_steps=MOST_STEPS, small_gain=SMALL_GAIN):

@@ -26,6 +26,7 @@ NORMAL = 0.6745  # median of |x| of a normal distribution
 LEAST_V = 1e-4
 REACH = 10  # samples before and after, at whose current a residual may follow it
 LONGEST_S = 1.0  # of samples that are taken together: slower is physics
+HUBER = 1.345  # deviations, up to which squares count: 95 % efficient if all are normal
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -37,12 +38,14 @@ class Noise:
         slow_V: of the twin's own error.
         slow_s: time over which that forgets.
         along_V: of that in proportion to the current, where it is as large as its rms.
+        heavy_tailed: the twin errs by far more in a few samples than in all others, see `tamed`.
     """
 
     white_V: float
     slow_V: float
     slow_s: float
     along_V: float = 0.0
+    heavy_tailed: bool = False
 
     @property
     def own_V(self) -> float:
@@ -113,14 +116,18 @@ class Whitener:
     deviation_V: FloatArray
 
     def __call__(self, columns: FloatArray) -> FloatArray:
-        """(m, k) whitened, of (n, k): the judged samples, in order."""
+        """(m, 1 + k) whitened, of residuals and k derivatives (n, 1 + k): the judged samples.
+
+        Where the noise is heavy-tailed, `tamed`.
+        """
         x = columns[self.samples]
         if not x.size:
             return x
         given = np.zeros((3 * x.shape[0], x.shape[1]))
         given[2::3] = x
         innovations = solve_banded((3, 0), self.bands, given)[2::3]
-        return np.asarray(innovations / self.deviation_V[:, None])
+        white = np.asarray(innovations / self.deviation_V[:, None])
+        return tamed(white) if self.noise.heavy_tailed else white
 
 
 def whitener(
@@ -171,6 +178,24 @@ def _bands(keep: FloatArray, drive: FloatArray, gains: FloatArray) -> FloatArray
     bands[3, 0:-3:3] = bands[3, 1:-3:3] = -keep
     bands[1, 2:-3:3], bands[2, 2:-3:3] = -keep * gains[:-1].T
     return bands
+
+
+def tamed(whitened: FloatArray) -> FloatArray:
+    """Whitened residuals (n,) with Huber's loss as their squares, and derivatives with them.
+
+    What is stated of a twin's error is one of hours of tests and says nothing of its size where a
+    load has just been switched: of a cold discharge of 1.5 h, eight samples of an LG M50 made over
+    90 % of all squares. Beyond HUBER a residual r counts by 2 HUBER |r| - HUBER^2. P. J. Huber,
+    Robust estimation of a location parameter, Ann. Math. Stat. 35, 73 (1964).
+
+    Args:
+        whitened: (n, 1 + k) the residuals, then their derivatives by k numbers.
+    """
+    size = np.abs(whitened[:, 0])
+    root = np.sqrt(2.0 * HUBER * np.maximum(size, HUBER) - HUBER**2)
+    out = whitened * (HUBER / root)[:, None]
+    out[:, 0] = np.sign(whitened[:, 0]) * root
+    return np.where((size > HUBER)[:, None], out, whitened)
 
 
 def correlation_time(whitened: FloatArray) -> float:

@@ -20,16 +20,10 @@ follow the charge: in slow discharges of two cells it fell to 1/e in 195 to 1080
 ALONG = 0.5
 """Of its squares, the share that follows the current. In drive cycles of two cells 0.2 to 0.4 of
 the squares changed within 20 s, as the current does, in steady discharges 0.02 to 0.04."""
-SETTLED_S = 10.0
-"""After the load of a recording is switched on. What is stated of a twin's error is a mean over
-hours of tests, and says nothing of the seconds in which double layers charge and reactions start:
-a Melasta pouch misses the first 4 s by 41 to 51 mV at 2C and 5C, with its heat (stated: 12)."""
-LOADED = 0.1  # of the largest current
 BLOCKS = 6  # of a single recording; the even ones are held out
 GAP_S = 5.0  # between blocks, longer than what is remembered in the fast part of a residual
 SHARPER = 0.9  # of the noise that was thought
 LEAST_SAMPLES = 50
-LEAST_SETTLED = 25  # of these
 LEAST_S = 15.0
 
 
@@ -39,8 +33,8 @@ def split(
     """The recordings with what is noise in them.
 
     Without `held_out` the last of several is held out; of a single one every second block. `slow_V`
-    is the twin's own error of a pack, by tests it was not fitted to: then the first SETTLED_S of
-    load are not judged. None takes that of its numerics.
+    is the twin's own error of a pack, by tests it was not fitted to; None takes that of its
+    numerics.
 
     Raises:
         MismatchError: too little to judge.
@@ -49,8 +43,6 @@ def split(
         raise MismatchError("no recording to explain")
     for flight in (*fitted, *held_out):
         check(flight)
-    if slow_V is not None:
-        fitted, held_out = ([_settled(f) for f in part] for part in (fitted, held_out))
     if not held_out and len(fitted) > 1:
         fitted, held_out = fitted[:-1], fitted[-1:]
     if not held_out:
@@ -90,6 +82,7 @@ def noise_of(flight: Flight, slow_V: float | None) -> Noise:
         slow_V=SLOW_V * flight.pack.series if slow_V is None else slow_V * sqrt(1 - ALONG),
         slow_s=SLOW_S if slow_V is None else STATED_S,
         along_V=0.0 if slow_V is None else slow_V * sqrt(ALONG),
+        heavy_tailed=slow_V is not None,
     )
 
 
@@ -126,20 +119,6 @@ def _white_V(flight: Flight, residual_V: FloatArray) -> float:
     period_s = float(np.median(dt)) if dt.size else 1.0
     white = white_V(residual_V[counted], flight.load.current_A[counted], period_s)
     return float(max(white, step_V(flight.voltage_V) / np.sqrt(12.0)))
-
-
-def _settled(flight: Flight) -> Flight:
-    """Not judged in the first SETTLED_S of its load; MismatchError if too little is left."""
-    drawn_A, t = np.abs(flight.load.current_A), flight.time_s
-    first = int(np.argmax(drawn_A >= LOADED * drawn_A.max()))
-    judged = flight.judged & ~((t >= t[first]) & (t < t[first] + SETTLED_S))
-    if (left := int(np.count_nonzero(judged))) < LEAST_SETTLED:
-        raise MismatchError(
-            f"{flight.name}: {left} samples without the first {SETTLED_S:.0f} s of load, of which "
-            f"the stated error says nothing, expected {LEAST_SETTLED} or more: give a longer "
-            "recording"
-        )
-    return replace(flight, judged=judged)
 
 
 def _blocks(flight: Flight) -> tuple[BoolArray, BoolArray]:

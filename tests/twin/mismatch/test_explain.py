@@ -30,7 +30,7 @@ from twin.mismatch import (
     explain,
     finding_json,
 )
-from twin.mismatch.fit import Fitted
+from twin.mismatch.fit import Fitted, fit
 from twin.mismatch.hypothesis import HYPOTHESES, Hypothesis
 from twin.mismatch.locate import change_points
 from twin.mismatch.problem import Problem
@@ -143,6 +143,21 @@ def test_an_effect_that_promises_little_is_fitted_still(
     assert found[0].fitted.held_out_rms_V() < 0.1 * found[1].fitted.held_out_rms_V()
 
 
+def test_what_may_win_is_said_by_squares_also_where_tails_are_heavy() -> None:
+    """By Huber's loss the linearised twin promises little of what is far.
+
+    With it only the heat and a gain were fitted.
+    """
+    isothermal = Pack(cell=load_cell("lg_m50"))
+    warm = replace(isothermal, effects=(SelfHeating(heat_transfer_W_m2_K=10.0),))
+    flights = [_discharged(isothermal, warm, seed, rate) for seed, rate in enumerate((2.5, 2.0))]
+    rivals = ("current_gain", "self_heating", "cold_pack", "electrolyte_transport")
+    few = [h for h in HYPOTHESES if h.id in rivals]
+    found = choose.models(split(flights[:1], flights[1:], slow_V=0.08), few)
+    assert found[0].ids == ("self_heating",)
+    assert ("electrolyte_transport",) in [m.ids for m in found]
+
+
 def _discharged(twin: Pack, truth: Pack, seed: int, rate: float) -> Flight:
     """Steadily, every 10 s, nearly empty."""
     time_s = np.arange(0.0, 3250.0 / rate, 10.0)
@@ -160,28 +175,22 @@ def _discharged(twin: Pack, truth: Pack, seed: int, rate: float) -> Flight:
     )
 
 
-def test_the_first_seconds_of_load_are_not_judged_where_an_error_of_the_twin_is_stated() -> None:
-    """At rest before and after 10 s of it, as ever."""
-    own, other = flown(seed=1), flown(seed=2)
-    drawn_A = np.abs(own.load.current_A)
-    on = int(np.argmax(drawn_A >= 0.1 * drawn_A.max()))
-    assert 1 < on < 100
-    ((free, _),) = split([own], [other]).fitted
-    ((judged, _),) = split([own], [other], slow_V=0.02).fitted
-    assert free.judged.all()
-    young = np.flatnonzero(~judged.judged)
-    assert young.tolist() == list(range(on, on + 100))
+def test_samples_far_off_move_a_fit_little_where_an_error_of_the_twin_is_stated() -> None:
+    """A dozen of 1200, where most current flows: least squares take them for a resistance."""
+    truth = [SeriesResistance(resistance_ohm=0.005)]
+    clean = [flown(truth, seed=seed) for seed in (1, 2)]
+    few = [h for h in FEW if h.id == "series_resistance"]
+    found = []
+    for a, b in (clean, [_struck(f) for f in clean]):
+        own = fit(split([a], [b], slow_V=0.01), few)
+        found.append(own.problem.values(own.q)["series_resistance"]["resistance_ohm"])
+    assert found[1] == pytest.approx(found[0], rel=0.2)
 
 
-def test_a_recording_of_which_little_is_left_after_them_is_refused() -> None:
-    own = flown(seed=1)
-    drawn_A = np.abs(own.load.current_A)
-    on = int(np.argmax(drawn_A >= 0.1 * drawn_A.max()))
-    late = np.arange(own.time_s.size) >= own.time_s.size - 20
-    short = replace(own, judged=late | ((own.time_s >= own.time_s[on]) & (own.time_s < 9.0)))
-    assert split([short], [own]).fitted
-    with pytest.raises(MismatchError, match="20 samples without the first 10 s of load"):
-        split([short], [own], slow_V=0.02)
+def _struck(flight: Flight) -> Flight:
+    voltage_V = flight.voltage_V.copy()
+    voltage_V[np.argsort(flight.load.current_A)[-12:]] -= 0.5
+    return replace(flight, voltage_V=voltage_V)
 
 
 def test_what_no_hypothesis_is_stays_unknown_and_is_described() -> None:
