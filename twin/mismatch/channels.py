@@ -45,6 +45,11 @@ class Whitening:
     first: npt.NDArray[np.int64]
     lower: FloatArray
 
+    @property
+    def samples(self) -> npt.NDArray[np.int64]:
+        """(k,) of each mean the first."""
+        return self.at[self.first]
+
     def __call__(self, columns: FloatArray) -> FloatArray:
         """(k, c) of (n, c)."""
         counts = np.diff(np.append(self.first, self.at.size))

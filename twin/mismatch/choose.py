@@ -14,6 +14,7 @@ import numpy as np
 import numpy.typing as npt
 
 from twin.calibrate.polish import bounded
+from twin.mismatch.bagged import bagged
 from twin.mismatch.fit import Data, Fitted, fit, refit
 from twin.mismatch.hypothesis import Hypothesis
 from twin.mismatch.problem import Problem
@@ -54,7 +55,8 @@ class Model:
 
     Attributes:
         fitted: the fit.
-        log_evidence: of the recordings, and of so many effects before.
+        log_evidence: of the recordings, and of so many effects before; where an error of the twin
+            is stated `bagged`.
         probability: among all models that were looked at.
     """
 
@@ -233,10 +235,15 @@ def scale_of(fits: Iterable[Fitted]) -> float:
 
 
 def judged(fits: Iterable[Fitted]) -> tuple[Model, ...]:
-    """With their evidence and probabilities beside each other, the most probable first."""
+    """With their evidence and probabilities beside each other, the most probable first.
+
+    Where an error of the twin is stated, none is quite true: `bagged`.
+    """
     whole = list(fits)
     scale = scale_of(whole)
     logs = np.array([f.log_evidence(scale) + len(f.ids) * np.log(PRIOR) for f in whole])
+    if whole[0].problem.heavy_tailed:
+        logs = bagged(logs, map(np.array, zip(*(f.by_stretch(scale) for f in whole), strict=True)))
     share = np.exp(logs - logs.max())
     share /= share.sum()
     out = [

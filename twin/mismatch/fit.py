@@ -95,6 +95,16 @@ class Fitted:
         there, ahead = self.there.residuals, self._started
         return -0.5 * float(there @ there + ahead @ ahead) / scale
 
+    def by_stretch(self, scale: float) -> list[FloatArray]:
+        """(b,) of each recording: `log_likelihood` of its stretches, see `Problem.stretches`."""
+        out: list[FloatArray] = []
+        for own, r in ((self.problem, self.there.residuals), (self.judge, self._started)):
+            places = own.stretches()
+            ends = np.cumsum([at.size for at in places])[:-1]
+            parts = zip(places, np.split(r, ends), strict=True)
+            out += [np.bincount(at, -0.5 / scale * part**2).astype(float) for at, part in parts]
+        return out
+
     @property
     def _started(self) -> FloatArray:
         """Residuals held out, each recording's start at its best within its tolerance."""
@@ -169,9 +179,13 @@ def fit(
 
 
 def refit(data: Data, there: Fitted) -> Fitted:
-    """The same hypotheses by another loss, from where they are."""
+    """The same hypotheses by another loss, from where they are; one alone from its starts too.
+
+    Of all these the best MOST_FOLLOWED are followed.
+    """
     problem, judge = data.problems(there.problem.hypotheses)
-    return _descended(problem, judge, [there.q])
+    starts = [there.q, *(problem.starts() if len(there.ids) == 1 else [])]
+    return _descended(problem, judge, sorted(starts, key=problem.cost)[:MOST_FOLLOWED])
 
 
 def _descended(problem: Problem, judge: Problem, starts: Sequence[FloatArray]) -> Fitted:

@@ -132,7 +132,8 @@ OF_CHARGE = (
     "active_material_loss_negative", "active_material_loss_positive",
 )  # fmt: skip
 """Effects of one number that say when the pack is empty. Where it is, the voltage falls as from a
-cliff: descent from no effect stops at the edge, so a fit begins beyond it as well."""
+cliff: descent from no effect stops at the edge, so a fit begins beyond it as well, near and far."""
+SIDES = (-1.0, -0.25, 0.25, 1.0)  # standard deviations of the prior
 
 
 def _plain(kind: type[AnyEffect]) -> Hypothesis:
@@ -141,7 +142,7 @@ def _plain(kind: type[AnyEffect]) -> Hypothesis:
     fitted, starts = SEVERAL.get(kind.id, (names, (own,)))
     if kind.id in OF_CHARGE:
         (p,) = kind.parameters
-        sides = (-1.0,) if kind is InitialSoc else (-1.0, 1.0)  # most packs start near full
+        sides = SIDES[:2] if kind is InitialSoc else SIDES  # most packs start near full
         starts = (own, *((value_of(p, side),) for side in sides))
     return Hypothesis(id=kind.id, kind=kind, fitted=fitted, starts=starts)
 

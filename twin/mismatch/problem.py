@@ -14,6 +14,7 @@ from typing import TypeVar
 import numpy as np
 import numpy.typing as npt
 
+from twin.mismatch.bagged import stretches
 from twin.mismatch.channels import Whitening, channels
 from twin.mismatch.flight import Flight
 from twin.mismatch.hypothesis import Hypothesis, coordinate_of, value_of
@@ -175,6 +176,21 @@ class Problem:
     def judged(self, flight: int) -> npt.NDArray[np.int64]:
         """(m,) which samples count."""
         return self._whiteners[flight].samples
+
+    @property
+    def heavy_tailed(self) -> bool:
+        """An error of the twin is stated, see `Noise`."""
+        return any(w.noise.heavy_tailed for w in self._whiteners)
+
+    def stretches(self) -> tuple[npt.NDArray[np.int64], ...]:
+        """(m,) of each recording: where its residuals are, see `bagged.stretches`."""
+        return tuple(
+            stretches(
+                np.concatenate([flight.time_s[w.samples] for w in self._whiten(k)]),
+                self._whiteners[k].noise.slow_s,
+            )
+            for k, flight in enumerate(self.flights)
+        )
 
     def rms_V(self, q: FloatArray) -> float:
         """Recorded minus simulated, samples that count."""

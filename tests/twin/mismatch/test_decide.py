@@ -22,7 +22,7 @@ class Fit:
     excess: float = 1.0
     evidence: float = 0.0
     q: Any = field(default_factory=lambda: np.zeros(1))
-    problem: Any = field(default_factory=lambda: SimpleNamespace(hypotheses=()))
+    problem: Any = field(default_factory=lambda: SimpleNamespace(hypotheses=(), heavy_tailed=False))
     there: Any = field(default_factory=lambda: SimpleNamespace(residuals=np.zeros(1000)))
     ahead: Any = field(default_factory=lambda: SimpleNamespace(residuals=np.zeros(1000)))
     judge: Any = field(
