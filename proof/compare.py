@@ -1,6 +1,6 @@
 """A verdict beside the truth, after it was opened."""
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import replace
 from itertools import permutations
 from typing import Any
@@ -63,15 +63,21 @@ def _matched(
     return best
 
 
-def adopted(pack: Pack, verdict: Mapping[str, Any]) -> Pack | None:
-    """The twin with what was named; None if nothing was."""
+def adopted(
+    pack: Pack, verdict: Mapping[str, Any], about: Collection[str] = frozenset()
+) -> Pack | None:
+    """The twin with what was named; None if nothing was.
+
+    Of effects that look alike, the first that is `about` what is asked for; else what was named.
+    """
     if verdict["verdict"] != "named":
         return None
     known = {h.id: h for h in HYPOTHESES}
     for effect in verdict["effects"]:
-        numbers = {p["name"]: p["value"] for p in effect["parameters"]}
-        own = known[effect["id"]]
-        own = replace(own, fitted=tuple(numbers))
+        alike = {effect["id"]: effect["parameters"], **effect["instead"]}
+        chosen = next((i for i in alike if i in about), effect["id"])
+        numbers = {p["name"]: p["value"] for p in alike[chosen]}
+        own = replace(known[chosen], fitted=tuple(numbers))
         pack = own.within(pack, list(numbers.values()))
     return pack
 
@@ -94,9 +100,25 @@ def sized(truth: Truth, verdict: Mapping[str, Any]) -> tuple[Sized, ...]:
     )
 
 
-def opened(question: Question, truth: Truth, better: Pack | None) -> tuple[Opened, ...]:
-    """What was concealed, beside both twins."""
-    return tuple(o for c in truth.channels for o in _opened(question, c, better))
+def opened(question: Question, truth: Truth, verdict: Mapping[str, Any]) -> tuple[Opened, ...]:
+    """What was concealed, beside the twin as given and the one with what was named.
+
+    Each channel is predicted by the first of effects that look alike that is about it.
+    """
+    return tuple(
+        o
+        for channel in truth.channels
+        for one, about in _each(channel)
+        for o in _opened(question, one, adopted(question.pack, verdict, about))
+    )
+
+
+def _each(channel: Channel) -> Iterator[tuple[Channel, Collection[str]]]:
+    """Temperature and cells apart, with the effects that are about them."""
+    if channel.temperature_K is not None:
+        yield replace(channel, cell_voltage_V=None), ("self_heating", "cold_pack")
+    if channel.cell_voltage_V is not None:
+        yield replace(channel, temperature_K=None), ("weak_cell",)
 
 
 def _opened(question: Question, channel: Channel, better: Pack | None) -> Iterator[Opened]:

@@ -181,7 +181,7 @@ def _compared(question: Question, truth: Truth, verdict: Mapping[str, Any]) -> d
     asked = truth.capacity_C is not None
     return {
         "baselines": tuple(baselines(question, verdict)),
-        "channels": opened(question, truth, better),
+        "channels": opened(question, truth, verdict),
         "capacity_C": predicted_capacity_C(better or question.pack, truth) if asked else None,
     }
 

@@ -1,7 +1,7 @@
 """A finding in words, and the report of it."""
 
 import hashlib
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 import click
@@ -11,7 +11,7 @@ from analyze.version import version
 from analyze.workbench.drawn import Drawn
 from analyze.workbench.listing import print_table
 from reports.mismatch import MismatchReport, Recorded, headline
-from twin.mismatch import Finding
+from twin.mismatch import Finding, Value
 
 SHOWN = 6
 HEADER = ("left out", "probability", "held out, mV", "evidence lost")
@@ -22,11 +22,9 @@ def print_finding(finding: Finding) -> None:
     errors = finding.errors
     click.echo(f"verdict  {finding.verdict.value}: {headline(finding)}")
     for e in finding.effects:
-        values = ", ".join(f"{v.name} {v.value:.4g} ± {v.std:.2g}" for v in e.parameters)
-        alike = f"; these recordings cannot tell it from {', '.join(e.equivalent)}" * bool(
-            e.equivalent
-        )
-        click.echo(f"effect   {e.id} ({e.probability:.0%}): {values}{alike}")
+        click.echo(f"effect   {e.id} ({e.probability:.0%}): {_values(e.parameters)}")
+        for other in e.equivalent:  # which these recordings cannot tell from it
+            click.echo(f"or       {other}: {_values(e.instead[other])}")
     for t in finding.terms:
         click.echo(f"depends  on {t.quantity}: {1e3 * t.size_V:+.1f} mV per standard deviation")
     click.echo(
@@ -48,6 +46,10 @@ def print_finding(finding: Finding) -> None:
         click.echo(f"doubtful {text}", err=True)
     if finding.advice:
         click.echo(f"further  {finding.advice}")
+
+
+def _values(values: Sequence[Value]) -> str:
+    return ", ".join(f"{v.name} {v.value:.4g} ± {v.std:.2g}" for v in values)
 
 
 def report_of(

@@ -69,7 +69,8 @@ def channels(proof: Proof) -> Section | None:
         lead=(
             "The tool had current and voltage alone. What is shown here was recorded or simulated "
             "with them, sealed, and looked at when the verdict was written. Before: the twin as "
-            "configured; after: the twin with what was named. Recorded ones come first.",
+            "configured; after: the twin with what was named, of effects that look alike the first "
+            "that acts on this channel. Recorded ones come first.",
         ),
         figures=tuple(
             _figure([p for p in own if p[1].channel == which], which, f"channel{k}")

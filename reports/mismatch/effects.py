@@ -4,7 +4,7 @@ from matplotlib.mathtext import MathTextParser
 
 from reports.mismatch.report import MismatchReport
 from reports.mismatch.summary import of_effect, sizes_V
-from reports.mismatch.words import listed, name, number, percent, sentence, unit
+from reports.mismatch.words import clause, name, number, percent, sentence, unit
 from reports.plots import MEASURED, panels, to_svg
 from reports.quantity import significant
 from reports.section import Figure, Row, Section
@@ -37,10 +37,11 @@ def _section(e: NamedEffect, said: str, place: int) -> Section:
             note="that it, or what looks like it, is part of what was left out",
         )
     ]
-    if e.equivalent:
-        alike = listed([name(o) for o in e.equivalent])
-        rows.append(Row(label="Looks the same here", value=alike))
     rows += [_parameter(v) for v in e.parameters]
+    rows += [
+        Row(label="Looks the same here", value=name(other), note=clause(other, e.instead[other]))
+        for other in e.equivalent
+    ]
     if drawing is None:
         rows.append(Row(label="Equation", value=e.equation))
     rows += [

@@ -1,5 +1,6 @@
 """Of `result.json`: where and why twin and recording differ."""
 
+from collections.abc import Mapping
 from typing import Literal
 
 from reports.parts.part import Part, Share
@@ -23,6 +24,8 @@ class EffectPart(Part):
     equivalent: tuple[str, ...]
     """Others that this recording cannot tell from it."""
     parameters: tuple[EffectValuePart, ...]
+    instead: Mapping[str, tuple[EffectValuePart, ...]] = {}
+    """Numbers of each of `equivalent`, were it that one."""
     equation: str
     """LaTeX."""
     source: str

@@ -1,10 +1,19 @@
 """A verdict beside the truth."""
 
+from collections.abc import Mapping
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
 import pytest
 
-from proof.compare import outcome
+from proof.compare import adopted, opened, outcome
 from proof.outcome import Named, Outcome
-from proof.truth import Truth
+from proof.truth import Channel, Truth
+from tests.proof.trials import asked
+from tests.twin.mismatch.recordings import pack
+from twin.effects import SeriesResistance, WeakCell
+from twin.simulate import simulate
 
 
 def truth(kind: str = "single", **more: object) -> Truth:
@@ -59,3 +68,53 @@ REAL = truth(
 )
 def test_outcome(true: Truth, said: str, lists: list[tuple[str, ...]], expected: Outcome) -> None:
     assert outcome(true, said, named(*lists)) is expected
+
+
+def _value(name: str, value: float) -> Mapping[str, Any]:
+    return {"name": name, "value": value, "std": 1e-3, "unit": "Ohm"}
+
+
+ALIKE: Mapping[str, Any] = {
+    "verdict": "named",
+    "effects": [
+        {
+            "id": "series_resistance",
+            "equivalent": ["weak_cell"],
+            "parameters": [_value("resistance_ohm", 0.02)],
+            "instead": {"weak_cell": [_value("resistance_ohm", 0.0201)]},
+        }
+    ],
+}
+
+
+def test_of_effects_that_look_alike_the_one_asked_about_is_adopted() -> None:
+    plain, about_heat, about_cells = (
+        adopted(pack(), ALIKE, about) for about in ((), ("cold_pack",), ("weak_cell",))
+    )
+    assert plain is not None
+    assert about_heat is not None
+    assert about_cells is not None
+    assert plain.effects == about_heat.effects == (SeriesResistance(resistance_ohm=0.02),)
+    assert about_cells.effects == (WeakCell(resistance_ohm=0.0201),)
+    assert adopted(pack(), {"verdict": "none", "effects": []}) is None
+
+
+def test_voltages_of_cells_are_those_of_a_weak_cell_that_looks_like_what_was_named() -> None:
+    """A resistance at the terminals would lower each of four cells by a quarter of it."""
+    question = asked(0.0)
+    own = question.held_out[0]
+    true = replace(pack(), effects=(WeakCell(resistance_ohm=0.02),))
+    cells_V = simulate(true, question.load(own)).cell_voltage_V.T
+    both = Channel(
+        recording=own.name,
+        time_s=own.time_s,
+        cell_voltage_V=cells_V,
+        temperature_K=np.full(own.time_s.size, 298.15),
+    )
+    warm, weakest, others = opened(question, truth(channels=(both,)), ALIKE)
+    assert (warm.channel, weakest.channel, others.channel) == (
+        "temperature", "weakest cell", "other cells",
+    )  # fmt: skip
+    assert weakest.rms_before > 0.1
+    assert weakest.rms_after == pytest.approx(0.0, abs=2e-3)
+    assert others.rms_after == pytest.approx(0.0, abs=1e-6)

@@ -31,6 +31,7 @@ NAMED: Mapping[str, Any] = {
     "effects": [
         {
             "id": "series_resistance", "probability": 0.99, "equivalent": ["film_resistance"],
+            "instead": {"film_resistance": []},
             "parameters": [
                 {"name": "resistance_ohm", "value": 0.0202, "std": 1e-4, "unit": "Ohm"}
             ],

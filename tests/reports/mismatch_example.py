@@ -41,6 +41,7 @@ def named(
         probability=0.98,
         equivalent=alike,
         parameters=(Value(name=p.name, value=value, std=0.6 * value / 12.3, unit=p.unit),),
+        instead=dict.fromkeys(alike, ()),
         equation=kind.equation,
         source=kind.source,
         signature=kind.signature,

@@ -173,45 +173,51 @@ def candidates(models: Sequence[Model]) -> tuple[Candidate, ...]:
 
 
 def _named(h: Hypothesis, best: Model, models: Sequence[Model], scale: float) -> NamedEffect:
-    fitted = best.fitted
     alike = _alike(h.id, best, models, scale)
-    std = np.sqrt(np.diag(fitted.covariance(scale)))
-    told = fitted.problem.told(std, TOLD)[h.id]
-    values = fitted.problem.values(fitted.q)[h.id]
-    errors = fitted.problem.stds(fitted.q, std)[h.id]
     return NamedEffect(
         id=h.id,
         pack_id=h.kind.id,
         probability=sum(m.probability for m in models if {h.id, *alike} & set(m.ids)),
-        equivalent=alike,
-        parameters=tuple(
-            Value(name=p.name, value=values[p.name], std=errors[p.name], unit=p.unit)
-            for p in h.parameters
-            if p.name in told
-        ),
+        equivalent=tuple(alike),
+        parameters=_numbers(h.id, best.fitted, scale),
+        instead={other: _numbers(other, m.fitted, scale) for other, m in alike.items()},
         equation=h.kind.equation,
         source=h.kind.source,
         signature=h.kind.signature,
     )
 
 
-def _alike(effect: str, best: Model, models: Sequence[Model], scale: float) -> tuple[str, ...]:
-    """Effects that may stand in the place of `effect`, the best first.
+def _numbers(effect: str, fitted: Fitted, scale: float) -> tuple[Value, ...]:
+    """Of one effect of a model, those that the recordings tell."""
+    h = next(h for h in fitted.problem.hypotheses if h.id == effect)
+    std = np.sqrt(np.diag(fitted.covariance(scale)))
+    told = fitted.problem.told(std, TOLD)[effect]
+    values = fitted.problem.values(fitted.q)[effect]
+    errors = fitted.problem.stds(fitted.q, std)[effect]
+    return tuple(
+        Value(name=p.name, value=values[p.name], std=errors[p.name], unit=p.unit)
+        for p in h.parameters
+        if p.name in told
+    )
+
+
+def _alike(effect: str, best: Model, models: Sequence[Model], scale: float) -> dict[str, Model]:
+    """Effects that may stand in the place of `effect`, the best first, and the models with them.
 
     Those whose model is as probable; where they are few, also those that only have more numbers
     than they need: a cell with a bad contact is a resistance of the pack.
     """
     rest = set(best.ids) - {effect}
-    out: list[str] = []
+    out: dict[str, Model] = {}
     for how in (_evidence, _likelihood):
         for m in models:
             other = set(m.ids) - rest
             near = how(best, scale) - how(m, scale) < ALIKE
             if near and rest < set(m.ids) and len(other) == 1 and not other & {effect, *out}:
-                out += other
+                out |= dict.fromkeys(other, m)
             if how is _likelihood and len(out) >= MOST_ALIKE:
-                return tuple(out)
-    return tuple(out)
+                return out
+    return out
 
 
 def _evidence(m: Model, scale: float) -> float:  # noqa: ARG001

@@ -1,6 +1,6 @@
 """What came out: `Finding`, as it is written and shown."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from enum import Enum
 
@@ -43,6 +43,7 @@ class NamedEffect:
         probability: that it, or one of its equivalents, is part of what was left out.
         equivalent: others that these recordings cannot tell from it, the likeliest first.
         parameters: at their best.
+        instead: those of each of `equivalent`, were it that one.
         equation: LaTeX.
         source: reference.
         signature: what it leaves in a recording, in words.
@@ -53,6 +54,7 @@ class NamedEffect:
     probability: float
     equivalent: tuple[str, ...]
     parameters: tuple[Value, ...]
+    instead: Mapping[str, tuple[Value, ...]] = field(default_factory=dict)
     equation: str
     source: str
     signature: str

@@ -3,7 +3,7 @@
 from typing import Any
 
 from twin.finite import finite
-from twin.mismatch.finding import Candidate, Finding, NamedEffect, Span
+from twin.mismatch.finding import Candidate, Finding, NamedEffect, Span, Value
 
 NONE = "none"  # the model that leaves nothing out
 
@@ -46,12 +46,15 @@ def _effect(e: NamedEffect) -> dict[str, Any]:
         "id": e.id,
         "probability": e.probability,
         "equivalent": list(e.equivalent),
-        "parameters": [
-            {"name": v.name, "value": v.value, "std": v.std, "unit": v.unit} for v in e.parameters
-        ],
+        "parameters": [_value(v) for v in e.parameters],
+        "instead": {other: [_value(v) for v in values] for other, values in e.instead.items()},
         "equation": e.equation,
         "source": e.source,
     }
+
+
+def _value(v: Value) -> dict[str, Any]:
+    return {"name": v.name, "value": v.value, "std": v.std, "unit": v.unit}
 
 
 def _span(s: Span) -> dict[str, Any]:

@@ -19,6 +19,7 @@ from twin.effects import (
     SeriesResistance,
     SolidDiffusionPositive,
     VoltageGain,
+    WeakCell,
 )
 from twin.load import Load
 from twin.mismatch import (
@@ -30,7 +31,7 @@ from twin.mismatch import (
     explain,
     finding_json,
 )
-from twin.mismatch.fit import Fitted, fit
+from twin.mismatch.fit import Fitted, fit, refit
 from twin.mismatch.hypothesis import HYPOTHESES, Hypothesis
 from twin.mismatch.locate import change_points
 from twin.mismatch.problem import Problem
@@ -88,6 +89,19 @@ def test_what_was_left_out_is_named_and_sized(
     errors = finding.errors
     # the noise is that of the voltage; the current's adds to the error through the resistance
     assert errors.held_out_after < 1.2 * errors.noise < errors.held_out_before
+
+
+def test_what_looks_alike_has_its_own_numbers() -> None:
+    """20 mOhm of one cell are 20 mOhm of the pack: its terminals do not tell."""
+    truth = [WeakCell(resistance_ohm=0.02)]
+    few = [h for h in HYPOTHESES if h.id in ("series_resistance", "weak_cell", "current_gain")]
+    finding = explain([flown(truth, seed=1)], [flown(truth, seed=2)], hypotheses=few)
+    (effect,) = finding.effects
+    assert (effect.id, *effect.equivalent) == ("series_resistance", "weak_cell")
+    values = {v.name: v.value for v in effect.instead["weak_cell"]}
+    assert values["resistance_ohm"] == pytest.approx(0.02, rel=0.1)
+    content = finding_json(finding)["effects"][0]["instead"]
+    assert {v["name"]: v["value"] for v in content["weak_cell"]} == values
 
 
 def test_two_at_once_are_named_together() -> None:
@@ -185,6 +199,17 @@ def test_samples_far_off_move_a_fit_little_where_an_error_of_the_twin_is_stated(
         own = fit(split([a], [b], slow_V=0.01), few)
         found.append(own.problem.values(own.q)["series_resistance"]["resistance_ohm"])
     assert found[1] == pytest.approx(found[0], rel=0.2)
+
+
+def test_one_effect_is_fitted_again_from_its_starts_too() -> None:
+    """A current recorded by 1.3 too large: from none the descent ends where the twin is empty."""
+    twin = Pack(cell=load_cell("lg_m50"))
+    own = [_discharged(twin, twin, seed, rate) for seed, rate in enumerate((1.0, 0.8))]
+    flights = [replace(f, load=replace(f.load, current_A=1.3 * f.load.current_A)) for f in own]
+    data = split(flights, [], slow_V=0.02)
+    there = fit(data.squared, [h for h in FEW if h.id == "current_gain"])
+    found = refit(data, replace(there, q=np.zeros(there.q.size)))
+    assert found.problem.values(found.q)["current_gain"]["gain"] == pytest.approx(1 / 1.3, rel=1e-3)
 
 
 def _struck(flight: Flight) -> Flight:
