@@ -73,8 +73,8 @@ def decide(
         verdict = Verdict.NONE if white(null.fitted) or own else Verdict.UNKNOWN
         return Decision(verdict=verdict, model=null, effects=())
     if not enough and not white(best.fitted):
-        within = [m for m in models if m.ids and set(m.ids) <= set(best.ids)]
-        within = [m for m in within if nearly(m.fitted, null.fitted, noise_V)]
+        models = [m for m in models if m.ids and nearly(m.fitted, null.fitted, noise_V)]
+        within = [m for m in models if set(m.ids) <= set(best.ids)]
         if not within:
             return Decision(verdict=Verdict.UNKNOWN, model=null, effects=())
         best = min(within, key=lambda m: len(m.ids))

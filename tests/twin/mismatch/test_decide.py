@@ -7,6 +7,7 @@ from typing import Any, cast
 import numpy as np
 import pytest
 
+from twin.effects import SelfHeating
 from twin.mismatch.choose import Model
 from twin.mismatch.decide import decide
 from twin.mismatch.finding import Verdict
@@ -27,9 +28,15 @@ class Fit:
     ahead: Any = field(default_factory=lambda: SimpleNamespace(residuals=np.zeros(1000)))
     judge: Any = field(
         default_factory=lambda: SimpleNamespace(
-            flights=[SimpleNamespace(pack=SimpleNamespace(series=1))]
+            flights=[SimpleNamespace(pack=SimpleNamespace(series=1))], own_V=0.018
         )
     )
+
+    def covariance(self, scale: float) -> Any:
+        return scale * np.eye(self.q.size)
+
+    def log_likelihood(self, scale: float) -> float:
+        return self.evidence / scale - 100.0 * len(self.ids)
 
     def log_evidence(self, scale: float) -> float:
         return self.evidence / scale
@@ -94,3 +101,29 @@ def test_beside_an_effect_that_leaves_what_the_twin_may_err_by_no_other_is_named
     pair = model(Fit(("ocv_hysteresis", "self_heating"), 0.003, 0.003), 0.0, 1.0)
     found = decide([pair, alone, worse, null], 1.0, 0.0004, stated_V=stated_V)
     assert found.model.ids == ids
+
+
+def test_what_leaves_more_than_little_does_not_look_like_what_is_named_for_leaving_little() -> None:
+    """Odds of 3 to 1 between all three; of 388 mV one leaves 145, the others 48 and 42."""
+    null = model(Fit((), 0.158, 0.388, excess=500.0), -90.0, 0.0)
+    first, far, near = (
+        model(_with_effect(name, ahead_V), -k, probability)
+        for k, (name, ahead_V, probability) in enumerate(
+            (("gain", 0.048, 0.6), ("diffusion", 0.145, 0.2), ("heat", 0.042, 0.2))
+        )
+    )
+    found = decide([first, far, near, null], 1.0, 0.001, stated_V=0.018)
+    (effect,) = found.effects
+    assert (effect.id, effect.equivalent) == ("gain", ("heat",))
+    assert effect.probability == pytest.approx(0.8)
+
+
+def _with_effect(name: str, ahead_V: float) -> Fit:
+    empty = SimpleNamespace(
+        hypotheses=(SimpleNamespace(id=name, kind=SelfHeating, parameters=()),),
+        heavy_tailed=False,
+        told=lambda *_: {name: ()},
+        values=lambda *_: {name: {}},
+        stds=lambda *_: {name: {}},
+    )
+    return Fit((name,), 0.022, ahead_V, excess=9.0, problem=empty)
