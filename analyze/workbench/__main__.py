@@ -223,8 +223,9 @@ def calibrate(**options: object) -> None:
     metavar="MV",
     help="The twin's own error, rms of the pack's voltage in tests it was not fitted to. An effect "
     "has to change the voltage by more to be named; what it leaves, up to twice as much, asks for "
-    "no second one; samples far off count by their distance, not by its square. Without it: the "
-    "error of the twin's numerics.",
+    "no second one; samples far off count by their distance, not by its square, and what is "
+    "probable has to be so in most of the recordings' stretches. Without it: the error of the "
+    "twin's numerics.",
 )
 @BETWEEN
 @BATTERY
