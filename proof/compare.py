@@ -74,7 +74,7 @@ def adopted(
         return None
     known = {h.id: h for h in HYPOTHESES}
     for effect in verdict["effects"]:
-        alike = {effect["id"]: effect["parameters"], **effect["instead"]}
+        alike = _alike(effect)
         chosen = next((i for i in alike if i in about), effect["id"])
         numbers = {p["name"]: p["value"] for p in alike[chosen]}
         own = replace(known[chosen], fitted=tuple(numbers))
@@ -82,10 +82,15 @@ def adopted(
     return pack
 
 
+def _alike(effect: Mapping[str, Any]) -> Mapping[str, Any]:
+    """An effect of a verdict and those that look like it -> their numbers."""
+    return {effect["id"]: effect["parameters"], **effect["instead"]}
+
+
 def sized(truth: Truth, verdict: Mapping[str, Any]) -> tuple[Sized, ...]:
-    """Numbers whose true value is known, beside what was found."""
+    """Numbers whose true value is known, beside those of what was named or looks like it."""
     effects = verdict["effects"] if verdict["verdict"] == "named" else []
-    found = {(e["id"], p["name"]): p for e in effects for p in e["parameters"]}
+    found = {(i, p["name"]): p for e in effects for i, own in _alike(e).items() for p in own}
     return tuple(
         Sized(
             effect=n.effect,

@@ -40,7 +40,7 @@ class Size:
         trial: name of it.
         of: the number.
         off: found minus true in stated deviations; None without them.
-        renamed: its effect was found under the name of one that looks the same.
+        renamed: the name stands second, after one that looks the same.
     """
 
     trial: str
@@ -63,8 +63,8 @@ def sizes(proof: Proof) -> Section | None:
     lead += [_held(told)] if told else []
     if absent:
         lead.append(
-            f"{plural(absent, 'number')} without a figure: the effect was not named, or under the "
-            "name of one that looks the same, which has other numbers."
+            f"{plural(absent, 'number')} without a figure: the effect was not named, or the "
+            "recordings do not tell that number of it."
         )
     return Section(
         id="sizes",
@@ -131,12 +131,13 @@ def _label(s: Size) -> str:
 
 def _off(s: Size) -> str:
     if s.of.found is None:
-        return "under another name" if s.renamed else "not named"
+        return "not told" if s.renamed else "not named"
     return fixed(s.off, 1)
 
 
 def _row(s: Size) -> tuple[Cell, ...]:
     of = s.of
+    effect = name(of.effect) + ", as what looks the same" * s.renamed
     shown, factor = unit(of.unit)
     numbers = [
         MISSING if v is None else significant(factor * v, digits)
@@ -145,7 +146,7 @@ def _row(s: Size) -> tuple[Cell, ...]:
     relative = None if of.found is None or not of.true else 100 * (of.found / of.true - 1)
     far = s.off is None or abs(s.off) > EXPECTED[-1][0]
     return (
-        *(Cell(text=x) for x in (s.trial, name(of.effect), number(of.name), *numbers, shown)),
+        *(Cell(text=x) for x in (s.trial, effect, number(of.name), *numbers, shown)),
         Cell(text=_off(s), doubt=far),
         Cell(text=fixed(relative, 0)),
     )

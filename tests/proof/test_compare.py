@@ -7,9 +7,9 @@ from typing import Any
 import numpy as np
 import pytest
 
-from proof.compare import adopted, opened, outcome
+from proof.compare import adopted, opened, outcome, sized
 from proof.outcome import Named, Outcome
-from proof.truth import Channel, Truth
+from proof.truth import Channel, Number, Truth
 from tests.proof.trials import asked
 from tests.twin.mismatch.recordings import pack
 from twin.effects import SeriesResistance, WeakCell
@@ -97,6 +97,14 @@ def test_of_effects_that_look_alike_the_one_asked_about_is_adopted() -> None:
     assert plain.effects == about_heat.effects == (SeriesResistance(resistance_ohm=0.02),)
     assert about_cells.effects == (WeakCell(resistance_ohm=0.0201),)
     assert adopted(pack(), {"verdict": "none", "effects": []}) is None
+
+
+def test_numbers_of_what_looks_alike_are_set_beside_the_truth() -> None:
+    own = Number(effect="weak_cell", name="resistance_ohm", value=0.02, unit="Ohm")
+    (number,) = sized(truth(numbers=(own,)), ALIKE)
+    assert (number.true, number.found, number.std) == (0.02, 0.0201, 1e-3)
+    (absent,) = sized(truth(numbers=(replace(own, effect="leakage"),)), ALIKE)
+    assert absent.found is None
 
 
 def test_voltages_of_cells_are_those_of_a_weak_cell_that_looks_like_what_was_named() -> None:

@@ -215,7 +215,8 @@ def test_sizes_are_judged_in_stated_deviations() -> None:
     own = there(sizes(proof()))
     found, absent = (tuple(c.text for c in row) for row in own.tables[0].rows)
     assert found[-2:] == ("2.3", "11")  # (8.9 - 8) / 0.4, and 0.9 of 8
-    assert absent[-2] == "under another name"
+    assert absent[-2] == "not told"
+    assert absent[1].endswith("as what looks the same")
     assert "0 of 1 within 1" in own.lead[1]
     film = simulated()[3]
     missed = replace(film, verdict="none", named=())
