@@ -33,7 +33,7 @@ have not seen (`benchmarks/calibration_real.py`); more is not explained."""
 OWN_ERROR = 2.0
 """Times the stated error of a twin, likewise: at other rates and in other air than those of its
 calibration it errs more (`benchmarks/calibration_real.py`: LG M50 38 mV at 10 degC, 80 at 0)."""
-MOST_ALIKE = 3  # members of a list of equivalents that still is a name
+MOST_ALIKE = 3  # members of a list of equivalents that still is a name, if none is likely alone
 LIKELY = 0.5
 
 
@@ -79,11 +79,14 @@ def decide(
             return Decision(verdict=Verdict.UNKNOWN, model=null, effects=())
         best = min(within, key=lambda m: len(m.ids))
     effects = tuple(_named(h, best, models, scale) for h in best.fitted.problem.hypotheses)
-    clear = all(
-        e.probability > LIKELY and len(e.equivalent) <= MOST_ALIKE for e in effects
-    )  # fmt: skip
-    verdict = Verdict.NAMED if clear else Verdict.AMBIGUOUS
+    verdict = Verdict.NAMED if all(_clear(e, models) for e in effects) else Verdict.AMBIGUOUS
     return Decision(verdict=verdict, model=best, effects=effects)
+
+
+def _clear(e: NamedEffect, models: Sequence[Model]) -> bool:
+    """Few look like it, or it alone is more probable than all others together."""
+    alone = sum(m.probability for m in models if e.id in m.ids)
+    return e.probability > LIKELY and (len(e.equivalent) <= MOST_ALIKE or alone > LIKELY)
 
 
 def _enough(models: Sequence[Model], stated_V: float, noise_V: float) -> tuple[Model, ...]:

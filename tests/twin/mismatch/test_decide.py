@@ -118,7 +118,22 @@ def test_what_leaves_more_than_little_does_not_look_like_what_is_named_for_leavi
     assert effect.probability == pytest.approx(0.8)
 
 
-def _with_effect(name: str, ahead_V: float) -> Fit:
+@pytest.mark.parametrize(
+    ("others", "share", "verdict"),
+    [(3, 0.2, Verdict.NAMED), (5, 0.12, Verdict.AMBIGUOUS), (5, 0.08, Verdict.NAMED)],
+)
+def test_a_name_has_few_that_look_like_it_or_is_likely_alone(
+    others: int, share: float, verdict: Verdict
+) -> None:
+    null = model(Fit((), 0.4, 0.4, excess=500.0), -90.0, 0.0)
+    first = model(_with_effect("heat", 0.002, excess=1.0), 0.0, 1.0 - others * share)
+    rest = [model(_with_effect(f"e{k}", 0.002, 1.0), -2.0, share) for k in range(others)]
+    found = decide([first, *rest, null], 1.0, 0.002)
+    assert found.verdict is verdict
+    assert len(found.effects[0].equivalent) == others
+
+
+def _with_effect(name: str, ahead_V: float, excess: float = 9.0) -> Fit:
     empty = SimpleNamespace(
         hypotheses=(SimpleNamespace(id=name, kind=SelfHeating, parameters=()),),
         heavy_tailed=False,
@@ -126,4 +141,4 @@ def _with_effect(name: str, ahead_V: float) -> Fit:
         values=lambda *_: {name: {}},
         stds=lambda *_: {name: {}},
     )
-    return Fit((name,), 0.022, ahead_V, excess=9.0, problem=empty)
+    return Fit((name,), 0.022, ahead_V, excess=excess, problem=empty)
