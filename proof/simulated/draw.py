@@ -56,7 +56,10 @@ class Drawn:
         return self.told.start_soc - high, self.told.start_soc - low
 
     def otherwise(self, attempt: int) -> "Drawn":
-        """The same effects in another way: for those that cannot be so strong in this one."""
+        """The same effects in another way: for those that cannot be so strong in this one.
+
+        On other flights too: a consumer of cruises does not show in climbs.
+        """
         if attempt == 0:
             return self
         rng = np.random.default_rng([self.seed, attempt])
@@ -66,6 +69,8 @@ class Drawn:
             flavours=_flavours(rng, self.effects),
             multiple=min(self.multiple, weaker),
             told=_told(rng, self.effects),
+            plan=_plan(rng),
+            flights=_flights(rng, len(self.flights)),
         )
 
 
@@ -116,8 +121,8 @@ def _one(rng: np.random.Generator, kind: str, effects: tuple[str, ...]) -> Drawn
         flavours=_flavours(rng, effects),
         multiple=float(low * (high / low) ** rng.random()),
         told=_told(rng, effects),
-        plan=str(rng.choice(list(PLANS))),
-        flights=tuple(int(s) for s in rng.integers(2**31, size=flights)),
+        plan=_plan(rng),
+        flights=_flights(rng, flights),
         noise_V=float(rng.uniform(*NOISE_V)),
         seed=int(rng.integers(2**31)),
     )
@@ -125,6 +130,15 @@ def _one(rng: np.random.Generator, kind: str, effects: tuple[str, ...]) -> Drawn
 
 def _flavours(rng: np.random.Generator, effects: Sequence[str]) -> tuple[int, ...]:
     return tuple(int(f) for f in rng.integers(12, size=len(effects)))
+
+
+def _plan(rng: np.random.Generator) -> str:
+    return str(rng.choice(list(PLANS)))
+
+
+def _flights(rng: np.random.Generator, count: int) -> tuple[int, ...]:
+    """Seeds."""
+    return tuple(int(s) for s in rng.integers(2**31, size=count))
 
 
 def _told(rng: np.random.Generator, effects: Sequence[str]) -> Configured:

@@ -3,6 +3,7 @@
 from collections import Counter
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from proof.simulated.configured import END_SOC
@@ -49,6 +50,16 @@ def test_strong_effects_are_strong_and_another_way_is_never_stronger() -> None:
             assert other.multiple <= d.multiple
             assert other.multiple >= min(d.multiple, 3.5)
             assert other.effects == d.effects
+
+
+def test_another_way_has_other_flights_as_many_and_another_plan_in_time() -> None:
+    drawn = draw(1, 100)
+    for d in drawn:
+        others = [d.otherwise(attempt) for attempt in (1, 2, 3)]
+        assert all(len(other.flights) == len(d.flights) for other in others)
+        assert len({d.flights, *(other.flights for other in others)}) == 4
+    same = [all(d.otherwise(k).plan == d.plan for k in (1, 2, 3)) for d in drawn]
+    assert np.mean(same) < 0.2
 
 
 def test_no_flight_draws_more_than_there_is() -> None:
