@@ -8,7 +8,7 @@ there: a second run is the first.
 """
 
 import json
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from hashlib import sha256
 from pathlib import Path
@@ -43,6 +43,7 @@ VERSION = 8  # of what is kept: raise it where the same inputs give another cali
 COOLING_W_m2_K = (1.0, 200.0)  # looked for between still air and a clamp
 WHOLE = 0.5  # of the most that any test draws: a test that draws less shows no warming
 ALIKE = 0.8  # of a current: more is about as fast
+LEAST_TESTS = 2  # whole ones: one alone tells no losses
 RESTS = 0.02  # of the largest current: less is a rest, whose voltage is that of the open circuit
 ROOM_K = ZERO_CELSIUS_K + 25.0
 
@@ -121,7 +122,34 @@ class Base:
 
 
 def base_of(given: Given, cache: Path) -> Base:
-    """Calibrated, or from `cache` (a folder, made if it is not there) if it was before."""
+    """Calibrated, or from `cache` (a folder, made if it is not there) if it was before.
+
+    With or without tests faster than the trial (`without_faster`): what states the least error.
+    """
+    return min((_kept(g, cache) for g in (given, *without_faster(given))), key=lambda b: b.error_V)
+
+
+def without_faster(given: Given) -> Iterator[Given]:
+    """Without the fastest of its whole tests, without those next to it too, and so on.
+
+    Fast ones are needed where nothing else is as fast as the trial: as long as something is, those
+    beyond it may do harm. A cell at 2C is warmer inside than a lump of heat. Two whole tests stay.
+    """
+    while given.asked_A > 0.0:
+        flows_A = np.array([rms_A(t) for t in given.tests])
+        drawn_C = np.array([np.ptp(t.drawn_C) for t in given.tests])
+        whole = drawn_C > WHOLE * drawn_C.max()
+        fastest_A = flows_A.max(where=whole, initial=0.0)
+        fastest = whole & (flows_A > ALIKE * fastest_A)
+        left = whole & ~fastest
+        as_fast = left & (flows_A > ALIKE * given.asked_A)
+        if fastest_A <= given.asked_A / ALIKE or not as_fast.any() or left.sum() < LEAST_TESTS:
+            return
+        tests = tuple(t for t, gone in zip(given.tests, fastest, strict=True) if not gone)
+        yield (given := replace(given, tests=tests))
+
+
+def _kept(given: Given, cache: Path) -> Base:
     place = cache / f"base-{_key(given)}"
     if not (place / "base.json").exists():
         place.mkdir(parents=True, exist_ok=True)

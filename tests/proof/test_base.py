@@ -1,9 +1,12 @@
-"""Which test of a base is predicted by the others, to state its error."""
+"""Which tests a base is calibrated to, and which is predicted by the others to state its error."""
+
+from collections.abc import Iterable
+from pathlib import Path
 
 import numpy as np
 import pytest
 
-from proof.recorded.base import Body, Given, nearest
+from proof.recorded.base import Base, Body, Given, base_of, nearest, without_faster
 from proof.recorded.measured import RealTest
 from twin.builtin import load_cell
 from twin.pack import Pack
@@ -22,16 +25,20 @@ def discharge(rate: float, share: float = 0.9) -> RealTest:
     )
 
 
-def chosen(rates: tuple[float, ...], asked: float, unseen: tuple[float, ...] = ()) -> list[str]:
-    tests = tuple(discharge(rate) for rate in rates)
-    given = Given(
+def given(tests: Iterable[RealTest], asked: float, unseen: Iterable[RealTest] = ()) -> Given:
+    return Given(
         start=Pack(cell=load_cell("lg_m50")),
-        tests=tests,
-        unseen=tuple(discharge(rate) for rate in unseen),
+        tests=tuple(tests),
+        unseen=tuple(unseen),
         body=Body(heat_capacity_J_K=40.0, cooling_area_m2=0.005),
         asked_A=asked,
     )
-    return [tests[k].name for k in nearest(given, [t.reference(ambient_K=298.0) for t in tests])]
+
+
+def chosen(rates: Iterable[float], asked: float, unseen: Iterable[float] = ()) -> list[str]:
+    g = given(map(discharge, rates), asked, map(discharge, unseen))
+    near = nearest(g, [t.reference(ambient_K=298.0) for t in g.tests])
+    return [g.tests[k].name for k in near]
 
 
 @pytest.mark.parametrize(
@@ -52,15 +59,49 @@ def test_the_error_is_that_of_the_tests_nearest_to_the_trial_and_not_faster(
 
 def test_short_tests_say_nothing_of_it() -> None:
     slow, pulse = discharge(0.1), discharge(4.0, share=0.1)
-    given = Given(
-        start=Pack(cell=load_cell("lg_m50")),
-        tests=(slow, discharge(1.0), pulse),
-        body=Body(heat_capacity_J_K=40.0, cooling_area_m2=0.005),
-        asked_A=5.0,
-    )
-    assert nearest(given, [t.reference(ambient_K=298.0) for t in given.tests]) == (1,)
+    g = given((slow, discharge(1.0), pulse), 5.0)
+    assert nearest(g, [t.reference(ambient_K=298.0) for t in g.tests]) == (1,)
 
 
 def test_a_faster_test_that_is_not_fitted_at_all_tells_more() -> None:
     assert chosen((0.1, 0.5), 4.0, unseen=(1.0,)) == []
     assert chosen((0.1, 1.0), 4.0, unseen=(1.0,)) == ["1C"]
+
+
+@pytest.mark.parametrize(
+    ("rates", "asked", "left"),
+    [
+        ((0.1, 1.0, 2.0, 3.0, 3.1), 1.0, [["0.1C", "1C", "2C"], ["0.1C", "1C"]]),
+        ((0.1, 1.0, 2.0), 1.9, []),  # nothing is faster than the trial
+        ((0.1, 1.0, 9.0), 5.0, []),  # nothing else is as fast
+        ((0.1, 1.0, 2.0), 0.0, []),  # of another cell
+        ((0.9, 1.0, 2.0, 3.0), 0.2, [["0.9C", "1C", "2C"], ["0.9C", "1C"]]),
+        ((1.0, 3.0), 1.0, []),  # one alone tells no losses
+    ],
+)
+def test_what_is_faster_than_the_trial_may_be_left_out_if_something_is_as_fast(
+    rates: tuple[float, ...], asked: float, left: list[list[str]]
+) -> None:
+    g = given(map(discharge, rates), asked)
+    assert [[t.name for t in s.tests] for s in without_faster(g)] == left
+
+
+def test_a_fast_pulse_is_not_left_out() -> None:
+    pulse, tests = discharge(4.0, share=0.1), (discharge(0.1), discharge(1.0))
+    assert list(without_faster(given((*tests, pulse), 1.0))) == []
+    (left,) = without_faster(given((*tests, pulse, discharge(2.0)), 1.0))
+    assert [t.name for t in left.tests] == ["0.1C", "1C", "4C"]
+
+
+def test_the_base_is_what_states_the_least_error(monkeypatch: pytest.MonkeyPatch) -> None:
+    def kept(g: Given, cache: Path) -> Base:  # noqa: ARG001
+        return Base(
+            pack=g.start, series_resistance_ohm=0.0, heat_transfer_W_m2_K=0.0,
+            heat_transfer_std_W_m2_K=0.0, warming_K=0.0, full_soc=1.0, fitted_V={},
+            errors_V={"own": least if len(g.tests) == 2 else 0.02, "other": 0.01},
+        )  # fmt: skip
+
+    monkeypatch.setattr("proof.recorded.base._kept", kept)
+    g = given(map(discharge, (0.1, 1.0, 2.0)), 1.0)
+    for least in (0.015, 0.03):
+        assert base_of(g, Path()).error_V == min(least, 0.02)

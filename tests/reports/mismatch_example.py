@@ -39,7 +39,6 @@ def named(
         id=kind.id,
         pack_id=kind.id,
         probability=0.98,
-        equivalent=alike,
         parameters=(Value(name=p.name, value=value, std=0.6 * value / 12.3, unit=p.unit),),
         instead=dict.fromkeys(alike, ()),
         equation=kind.equation,

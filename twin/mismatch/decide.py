@@ -181,7 +181,6 @@ def _named(h: Hypothesis, best: Model, models: Sequence[Model], scale: float) ->
         id=h.id,
         pack_id=h.kind.id,
         probability=sum(m.probability for m in models if {h.id, *alike} & set(m.ids)),
-        equivalent=tuple(alike),
         parameters=_numbers(h.id, best.fitted, scale),
         instead={other: _numbers(other, m.fitted, scale) for other, m in alike.items()},
         equation=h.kind.equation,

@@ -41,9 +41,9 @@ class NamedEffect:
         id: of the effect.
         pack_id: what a pack file calls it.
         probability: that it, or one of its equivalents, is part of what was left out.
-        equivalent: others that these recordings cannot tell from it, the likeliest first.
         parameters: at their best.
-        instead: those of each of `equivalent`, were it that one.
+        instead: effects that these recordings cannot tell from it, the likeliest first, each with
+            its own.
         equation: LaTeX.
         source: reference.
         signature: what it leaves in a recording, in words.
@@ -52,12 +52,16 @@ class NamedEffect:
     id: str
     pack_id: str
     probability: float
-    equivalent: tuple[str, ...]
     parameters: tuple[Value, ...]
-    instead: Mapping[str, tuple[Value, ...]] = field(default_factory=dict)
+    instead: Mapping[str, tuple[Value, ...]]
     equation: str
     source: str
     signature: str
+
+    @property
+    def equivalent(self) -> tuple[str, ...]:
+        """Effects that these recordings cannot tell from it, the likeliest first."""
+        return tuple(self.instead)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
