@@ -69,7 +69,7 @@ class Given:
         start: the cell to start from, with the capacity of this one.
         tests: to fit; full at the start of the first.
         unseen: tests that are not fitted at all.
-        asked_A: rms current of the fastest recording of the trial; 0 if it is not of this cell.
+        asked_A: rms current of the fastest recording of the trial; 0 if it is of another make.
         body: of the cell.
         driven: tests to fit besides, whose current is straight from sample to sample; it holds in
             the others.

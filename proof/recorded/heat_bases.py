@@ -18,6 +18,7 @@ from dataclasses import dataclass, replace
 from functools import partial
 from math import pi
 from pathlib import Path
+from typing import Protocol
 
 import numpy as np
 
@@ -56,21 +57,37 @@ SHORT_PULSES = (
 """What slow discharges and the first seconds of pulses tell."""
 
 
+class BaseOf(Protocol):
+    """What stands for a cell."""
+
+    def __call__(
+        self, folder: Path, cache: Path, concealed: Collection[str], *, asked_A: float = 0.0
+    ) -> Base:
+        """Calibrated to recordings in `folder`, kept in `cache`.
+
+        Args:
+            folder: of the recordings.
+            cache: folder of calibrations.
+            concealed: names of the recordings that it must not see.
+            asked_A: rms current of a trial that is on another cell of the make.
+        """
+        ...
+
+
 @dataclass(frozen=True, slots=True, eq=False)
 class Material:
     """A cell of the list.
 
     Attributes:
         source: of its recordings.
-        base: folder of recordings, cache, names of the recordings that it must not see -> what
-            stands for it.
+        base: what stands for it.
         recordings: name -> reader.
         thin: what is given of a recording.
         rests: its recordings begin at rest, whose voltage tells the charge.
     """
 
     source: str
-    base: Callable[[Path, Path, Collection[str]], Base]
+    base: BaseOf
     recordings: Recordings
     thin: Callable[[RealTest], RealTest]
     rests: bool
@@ -236,12 +253,16 @@ def _slow(given: Given) -> Given:
     return replace(given, tests=others, unseen=(faster,), only=SHORT_PULSES)
 
 
-def _published(
-    make: Callable[[Path], RealCell],
-) -> Callable[[Path, Path, Collection[str]], Base]:
+def _published(make: Callable[[Path], RealCell]) -> BaseOf:
     """As its publisher measured it; its own error is that of the slowest test."""
 
-    def base(folder: Path, cache: Path, concealed: Collection[str]) -> Base:  # noqa: ARG001
+    def base(
+        folder: Path,
+        cache: Path,  # noqa: ARG001
+        concealed: Collection[str],  # noqa: ARG001
+        *,
+        asked_A: float = 0.0,  # noqa: ARG001
+    ) -> Base:
         cell = make(folder)
         slow = cell.fit[0]
         off = errors(answer(cell.baseline, slow), slow)
@@ -348,8 +369,10 @@ def _cell(
     source: str, given: Callable[[Path, Collection[str]], Given], recordings: Recordings,
     thin: Callable[[RealTest], RealTest] = _steady, *, rests: bool = True,
 ) -> Material:  # fmt: skip
-    def base(folder: Path, cache: Path, concealed: Collection[str]) -> Base:
-        asked_A = max((rms_A(recordings[name](folder)) for name in concealed), default=0.0)
+    def base(
+        folder: Path, cache: Path, concealed: Collection[str], *, asked_A: float = 0.0
+    ) -> Base:
+        asked_A = max((rms_A(recordings[name](folder)) for name in concealed), default=asked_A)
         return base_of(replace(given(folder, concealed), asked_A=asked_A), cache)
 
     return Material(source, base, recordings, thin, rests)

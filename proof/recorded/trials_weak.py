@@ -71,8 +71,9 @@ def _here(make: Make, folder: Path, cache: Path) -> tuple[Question, Truth]:
 
 
 def _leaf(folder: Path, cache: Path) -> tuple[Question, Truth]:
-    base = CELLS["leaf"].base(folder, cache, ())
     cells = module(folder).every(EVERY)
+    asked_A = float(np.sqrt(np.mean(cells.current_A**2))) / PARALLEL
+    base = CELLS["leaf"].base(folder, cache, (), asked_A=asked_A)
     shown = np.ones(cells.time_s.size, dtype=bool)
     floor_V = SERIES * base.error_V
     pack = replace(
