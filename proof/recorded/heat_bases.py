@@ -5,25 +5,19 @@ beyond those of the trial too, with the temperature that was measured there. Of 
 the slowest, what is given to a base or in a trial is what a flight uses: all but the last of the
 charge (FLOWN). There the voltage falls by a volt within minutes, at a time set by a percent of
 capacity; a twin that errs by 20 mV before misses 50 to 130 over the whole.
-
-A cell's heat capacity is its mass times the specific heat of its kind: 830 J/(kg K) NCA, 1040 NMC,
-both of these in one can 935 (batterydesign.net, Specific Heat Capacity of Lithium Ion Cells, after
-calorimetry of 18650s); LiPo and LMO pouches as what lies between all kinds told there, 1000. The
-masses are of data sheets. That of the built-in LG M50, 42.8 J/K, counts its layers without can and
-electrolyte, and is not used. Surfaces are those of cans and pouches of the stated dimensions.
 """
 
 from collections.abc import Callable, Collection, Mapping
 from dataclasses import dataclass, replace
 from functools import partial
-from math import pi
 from pathlib import Path
 from typing import Protocol
 
 import numpy as np
 
 from proof.recorded import about_energy, leaf_cell, lg_m50, melasta, panasonic, samsung
-from proof.recorded.base import Base, Body, Given, base_of, charged_to
+from proof.recorded.base import Base, Given, base_of, charged_to
+from proof.recorded.bodies import LEAF, LG_M50, MELASTA, PANASONIC, SAMSUNG
 from proof.recorded.measured import (
     BEYOND_V,
     RealCell,
@@ -91,25 +85,6 @@ class Material:
     recordings: Recordings
     thin: Callable[[RealTest], RealTest]
     rests: bool
-
-
-def can(diameter_m: float, height_m: float) -> float:
-    """Surface of a cylinder with its ends [m2]."""
-    return pi * diameter_m * height_m + pi * diameter_m**2 / 2
-
-
-def pouch(length_m: float, width_m: float, thickness_m: float) -> float:
-    """Surface of a box [m2]."""
-    return 2 * (length_m * width_m + (length_m + width_m) * thickness_m)
-
-
-SAMSUNG = Body(heat_capacity_J_K=0.046 * 935, cooling_area_m2=can(0.0183, 0.0649))
-LG_M50 = Body(heat_capacity_J_K=0.0685 * 1040, cooling_area_m2=can(0.0211, 0.0702))
-PANASONIC = Body(heat_capacity_J_K=0.047 * 830, cooling_area_m2=can(0.0183, 0.0652))
-MELASTA = Body(heat_capacity_J_K=0.128 * 1000, cooling_area_m2=pouch(0.124, 0.042, 0.0084))
-"""Dimensions by the type's name; mass by that of its makers' other pouches of 6.4 to 6.8 Ah."""
-LEAF = Body(heat_capacity_J_K=0.787 * 1000, cooling_area_m2=pouch(0.290, 0.216, 0.0071))
-"""AESC's statement of the cell of 2011 to 2013."""
 
 
 POWER = 0.6
