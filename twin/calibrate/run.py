@@ -1,13 +1,14 @@
 """From tests to a calibrated cell: `fit` step by step, `conclude` at the end.
 
 First the stoichiometry windows and the capacity from the slowest test, which shows little else;
-then all parameters by least squares from there, and once more with salt that lasts, as if the twin
-missed each test by some millivolts. Where it misses less, as if it were the cell. Where it is not,
-a search of the whole box, and least squares from what it found. Then `settle.py`. Last, where the
-tests demand it, a correction of the open-circuit curve.
+then all parameters by least squares from there and from a second point, as if the twin missed each
+test by some millivolts; where it misses one by far more, from points of the prior (`starts.py`).
+Where it misses less, as if it were the cell. Where it is not, a search of the whole box, and least
+squares from what it found. Then `settle.py`. Last, where the tests demand it, a correction of the
+open-circuit curve.
 """
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
 from typing import Protocol
@@ -15,6 +16,7 @@ from typing import Protocol
 import numpy as np
 import numpy.typing as npt
 
+from twin.calibrate import starts
 from twin.calibrate.advice import Advice, advise
 from twin.calibrate.answer import Answer, answer
 from twin.calibrate.cell_map import Infeasible
@@ -22,8 +24,6 @@ from twin.calibrate.checks import Fitted, fitted, predicted
 from twin.calibrate.information import Information, information
 from twin.calibrate.objective import Problem
 from twin.calibrate.ocp_correction import Correction, correction_of, with_bumps
-from twin.calibrate.parameters import EMPTY_ENDS
-from twin.calibrate.polish import Polished, polish
 from twin.calibrate.reference import ReferenceTest, left_unknown
 from twin.calibrate.resample import sampled
 from twin.calibrate.settle import (
@@ -41,14 +41,11 @@ from twin.pack import Pack
 
 FloatArray = npt.NDArray[np.float64]
 
-WINDOWS = ("negative.stoichiometry_max", *EMPTY_ENDS, "capacity_C", "series_resistance_ohm")
 LEAST_SQUARES, SEARCH = "least squares", "search"
 CORRECTION = "open-circuit curve"
 ADVICE = "further tests worth making"
-STARTS = (0.0, -1.5, 1.5)  # of the first of WINDOWS
+FAR = 3.0  # times what a twin may miss of a test: that may be the wrong valley
 EXPLAINED = 1.3  # mean square of the residuals over what was expected: nothing to search for
-SALT, MORE_SALT = "electrolyte.diffusivity_factor", 1.5  # standard deviations, of a second start
-WHOLE_TEST = 0.5  # of the capacity: a test that draws less shows no window
 
 
 class Found(Protocol):
@@ -260,28 +257,34 @@ def conclude(
 
 
 def _fresh(problem: Problem) -> Iterator[Progress]:
+    q = starts.of_windows(problem)
+    yield _progress(problem, "windows and capacity", q, problem.cost(q))
     best = None
-    for best in _windows(problem):
+    for best in _loosely(problem, [q, starts.plentiful(problem, q)], None):
         yield best
     assert best is not None
-    yield from _followed(problem, [best.q, _plentiful(problem, best.q)])
+    more = iter(()) if _near(best, FAR * MISSED_V) else starts.drawn(of_a_model(problem), q)
+    other = best
+    for other in _loosely(problem, more, best):
+        yield other
+    yield from _closer(problem, q, other)
 
 
 def _gone_on(problem: Problem, q: FloatArray) -> Iterator[Progress]:
     """From an earlier fit."""
     if _explained(_progress(problem, LEAST_SQUARES, q, problem.cost(q))):
         yield from _polished(problem, q)
-    else:
-        yield from _followed(problem, [q])
-
-
-def _followed(problem: Problem, starts: Sequence[FloatArray]) -> Iterator[Progress]:
-    """Least squares from the best of `starts`, the twin taken for the cell only if it may be."""
+        return
     best = None
-    for best in _loosely(problem, starts, None):
+    for best in _loosely(problem, [q], None):
         yield best
     assert best is not None
-    *_, close = _polished(problem, starts[0])
+    yield from _closer(problem, q, best)
+
+
+def _closer(problem: Problem, start: FloatArray, best: Progress) -> Iterator[Progress]:
+    """What is better than `best`, the twin taken for the cell, from `start`; if it may be."""
+    *_, close = _polished(problem, start)
     if not _near(best):  # what noise alone leads to may lie in a better valley
         yield from _loosely(problem, [close.q], best)
         return
@@ -292,11 +295,11 @@ def _followed(problem: Problem, starts: Sequence[FloatArray]) -> Iterator[Progre
 
 
 def _loosely(
-    problem: Problem, starts: Sequence[FloatArray], best: Progress | None
+    problem: Problem, points: Iterable[FloatArray], best: Progress | None
 ) -> Iterator[Progress]:
     """As if the twin missed each test by some millivolts: what is better than `best`."""
     loose = of_a_model(problem)
-    for start in starts:
+    for start in points:
         for other in _polished(loose, start):
             if best is None or other.cost < best.cost:
                 yield (best := other)
@@ -304,10 +307,10 @@ def _loosely(
             return
 
 
-def _near(best: Progress) -> bool:
-    """Each test is missed by less than what a twin may miss."""
+def _near(best: Progress, most_V: float = MISSED_V) -> bool:
+    """Each test is missed by less, as it is by default by what a twin may miss."""
     tests = range(len(best.problem.tests))
-    return max(best.problem.rms_V(best.q, k) for k in tests) < MISSED_V
+    return max(best.problem.rms_V(best.q, k) for k in tests) < most_V
 
 
 def _explained(best: Progress) -> bool:
@@ -317,59 +320,9 @@ def _explained(best: Progress) -> bool:
     return as_the_cell and best.cost < EXPLAINED * 0.5 * sum(t.at.size for t in tests)
 
 
-def _plentiful(problem: Problem, q: FloatArray) -> FloatArray:
-    """`q` with salt that lasts: least squares stop where it runs out, for there a run ends."""
-    out = q.copy()
-    for k, p in enumerate(problem.parameters):
-        if p.name == SALT:
-            out[k] += MORE_SALT
-    return np.asarray(np.clip(out, *problem.bounds))
-
-
-def _windows(problem: Problem) -> Iterator[Progress]:
-    """Windows and capacity from the slowest whole test, all else at its prior."""
-    slow = _slowest(problem)
-    names = [p.name for p in problem.parameters]
-    own = problem.with_only([name for name in names if name in WINDOWS], [slow])
-    drawn_C = float(np.ptp(problem.tests[slow].drawn_C))
-    results = [r for start in STARTS for r in _last(own, _window_start(own, start, drawn_C))]
-    q = np.zeros(len(names))
-    if results:
-        best = min(results, key=lambda r: r.cost)
-        for p, value in zip(own.parameters, best.q.tolist(), strict=True):
-            q[names.index(p.name)] = value
-    q = np.clip(q, *problem.bounds)
-    yield _progress(problem, "windows and capacity", q, problem.cost(q))
-
-
-def _window_start(own: Problem, full: float, drawn_C: float) -> FloatArray:
-    """Where the fit of the windows starts: the capacity is what a whole test has drawn."""
-    q = np.array([full if p.name == WINDOWS[0] else 0.0 for p in own.parameters])
-    for k, p in enumerate(own.parameters):
-        if p.name == "capacity_C" and drawn_C > WHOLE_TEST * own.nominal_C:
-            q[k] = p.coordinate(drawn_C)
-    return q
-
-
-def _last(problem: Problem, start: FloatArray) -> list[Polished]:
-    """Where least squares lead; empty if no cell has the values of `start`."""
-    try:
-        return list(polish(problem, start))[-1:]
-    except Infeasible:
-        return []
-
-
 def _polished(problem: Problem, q: FloatArray) -> Iterator[Progress]:
     for s in least_squares(problem, q):
         yield _progress(s.problem, LEAST_SQUARES, s.q, s.cost)
-
-
-def _slowest(problem: Problem) -> int:
-    """Position of the test with the least current of those that draw most of the charge."""
-    spans = np.array([np.ptp(t.drawn_C) for t in problem.tests])
-    mean_A = [spans[k] / t.load.time_s[-1] for k, t in enumerate(problem.tests)]
-    whole = spans > WHOLE_TEST * problem.nominal_C
-    return int(np.argmin(np.where(whole, mean_A, np.inf))) if whole.any() else int(spans.argmax())
 
 
 def _progress(problem: Problem, stage: str, q: FloatArray, cost: float) -> Progress:

@@ -22,6 +22,9 @@ MISSED_V, STRETCHES = 5e-3, 50.0
 """What a twin may miss of a measured cell, and in how many stretches of a test by itself: as if all
 that it misses were noise, the thousand samples of a pulse test outweigh a discharge."""
 MOST_REFINEMENTS = 4
+MINDED = 2.0
+"""Of the cost, for each parameter held at its prior: as if that were two standard errors off; so
+many times more as the twin misses the tests by more than it may: what they say is worth less."""
 UNNOTICED = 0.3
 """Norm of a change of the residuals that is not worth another fit: as these have unit variance, it
 moves no parameter by more of its standard errors."""
@@ -46,12 +49,20 @@ def settled(problem: Problem, start: FloatArray) -> Iterator[Settled]:
 
 
 def held_back(best: Settled) -> Iterator[Settled]:
-    """What the tests do not tell held at its prior; from where `least_squares` end."""
+    """What the tests do not tell held at its prior; from where `least_squares` end.
+
+    Nothing is held if they are followed worse so: what is too fast to be seen may not be at its
+    prior, and tells no more of itself than what does not matter.
+    """
     names = not_identified(best.problem, best.q)
-    if names:
-        problem = best.problem.holding(names)
-        with suppress(Infeasible):
-            yield from least_squares(problem, np.where(problem.held, 0.0, best.q))
+    if not names:
+        return
+    problem, steps = best.problem.holding(names), []
+    with suppress(Infeasible):
+        steps = list(least_squares(problem, np.where(problem.held, 0.0, best.q)))
+    worse = MINDED * len(names) * max(1.0, best.cost / _allowed(best.problem))
+    if steps and steps[-1].cost < best.cost + worse:
+        yield from steps
 
 
 def least_squares(problem: Problem, start: FloatArray) -> Iterator[Settled]:
@@ -72,6 +83,12 @@ def least_squares(problem: Problem, start: FloatArray) -> Iterator[Settled]:
 def of_a_model(problem: Problem) -> Problem:
     """The same where the twin is not the cell: tests missed by MISSED_V and noise."""
     return problem.of_other_tests([t.of_a_model(MISSED_V, STRETCHES) for t in problem.tests])
+
+
+def _allowed(problem: Problem) -> float:
+    """Cost of noise, and of what a twin may miss of the tests `of_a_model`."""
+    squares = [np.minimum((MISSED_V / t.sigma_V) ** 2, 1.0).sum() for t in problem.tests]
+    return 0.5 * float(sum(squares))
 
 
 def _moved(before: Problem, after: Problem) -> float:

@@ -1,0 +1,52 @@
+"""Where least squares begin."""
+
+from collections.abc import Iterator
+from dataclasses import replace
+
+import numpy as np
+import numpy.typing as npt
+import pytest
+
+from tests.twin.calibrate.synthetic import cell_pack, measured
+from twin.calibrate import starts
+from twin.calibrate.objective import Problem
+from twin.calibrate.run import fit, problem_of
+
+FloatArray = npt.NDArray[np.float64]
+ONLY = ("capacity_C", "series_resistance_ohm", "positive.diffusivity_m2_s")
+
+
+def problem(off_V: float) -> Problem:
+    """A fast discharge with a wave of no cell."""
+    (fast,), _, _ = measured(cell_pack(), 1, ("2C",))
+    wave_V = off_V * np.sin(fast.time_s / 200.0)
+    return problem_of(cell_pack(), [replace(fast, voltage_V=fast.voltage_V + wave_V)], only=ONLY)
+
+
+def test_points_are_drawn_about_the_windows_and_the_best_come_first() -> None:
+    own = problem(0.0)
+    names = [p.name for p in own.parameters]
+    windows = np.linspace(0.1, 0.4, len(names))
+    found = list(starts.drawn(own, windows))
+    assert len(found) == starts.TRIED
+    costs = [own.cost(q) for q in found]
+    assert costs == sorted(costs)
+    free = names.index("positive.diffusivity_m2_s")
+    assert len({q[free] for q in found}) == starts.TRIED
+    for q in found:
+        assert np.array_equal(np.delete(q, free), np.delete(windows, free))
+
+
+@pytest.mark.parametrize("off_V", [0.0, 0.05])
+def test_they_are_tried_where_the_windows_lead_to_a_twin_that_misses_much(
+    off_V: float, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    asked = []
+
+    def drawn(own: Problem, q: FloatArray) -> Iterator[FloatArray]:
+        asked.append(own)
+        yield q
+
+    monkeypatch.setattr(starts, "drawn", drawn)
+    list(fit(problem(off_V)))
+    assert len(asked) == (off_V > 0.0)
