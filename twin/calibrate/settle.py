@@ -51,8 +51,8 @@ def settled(problem: Problem, start: FloatArray) -> Iterator[Settled]:
 def held_back(best: Settled) -> Iterator[Settled]:
     """What the tests do not tell held at its prior; from where `least_squares` end.
 
-    Nothing is held if they are followed worse so: what is too fast to be seen may not be at its
-    prior, and tells no more of itself than what does not matter.
+    Nothing is held if that costs more than MINDED: a diffusion too fast to be seen tells nothing of
+    itself either, and at its prior it may be too slow.
     """
     names = not_identified(best.problem, best.q)
     if not names:
