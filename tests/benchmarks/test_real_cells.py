@@ -122,3 +122,14 @@ def test_the_charge_between_panasonics_pulses_is_back() -> None:
         pytest.skip(str(e))
     # 2.7728 Ah by the cycler's counter; pulses that rise within 0.1 s lose half of that: 9 mAh
     assert test.drawn_C[-1] / 3600 == pytest.approx(2.7728, abs=0.01)
+
+
+def test_panasonics_slow_charge_puts_back_what_was_drawn() -> None:
+    """But for 24 mV between the rests before and after, at the 0.7 V/Ah that the pulses show."""
+    try:
+        test = panasonic.flowed(panasonic.read(SHARED, panasonic.SLOW, "C/20")[0])
+    except NotHere as e:
+        pytest.skip(str(e))
+    first_V, last_V = test.voltage_V[[0, -1]]
+    assert first_V - last_V == pytest.approx(0.024, abs=1e-3)
+    assert test.drawn_C[-1] / 3600 == pytest.approx(0.035, abs=0.01)  # 0.38 as it is written down
