@@ -41,7 +41,7 @@ DRIVE_S = 2.0  # of a drive cycle: means over as long
 PULSED_S, PULSE_S = 4 * 3600.0, 10.0  # of pulses are given, so far apart
 DRIVEN_S = 2700.0  # of it are given, so that a verdict takes a minute or two
 DRIVEN = 0.6  # of the charge of a test, which is drawn in that time
-YOUNG = ("US06 25 degC", "US06 10 degC")  # the cell had aged before the other cycles
+WARM, COOL = "US06 25 degC", "US06 10 degC"  # the cell had aged before the other cycles
 AGAIN_1C = "03-10-17_23.36_3349_Dis1C_2.mat"
 SHORT_PULSES = (
     "negative.stoichiometry_max", "negative.stoichiometry_min", "positive.stoichiometry_max",
@@ -161,20 +161,20 @@ def _lg_m50_slow(folder: Path, concealed: Collection[str]) -> Given:
 def _panasonic(folder: Path, concealed: Collection[str]) -> Given:
     """C/20, and of the others the charge that the trials use.
 
-    Every third stretch of the pulses at 25 degC, and of YOUNG what is not concealed; of the pulses
-    at 0 degC, after two months of cycles, as well if the trial is later still. Not fitted: 1C on
-    another day, and the stretches that follow those.
+    Every third stretch of the pulses at 25 degC, and WARM and COOL if they are not concealed. The
+    pulses at 0 degC are two months of cycles later: they are there too if the trial is later still,
+    or if nothing else is cold. Not fitted: 1C on another day, and the stretches that follow those.
     """
     given = _panasonic_slow(folder, ())
     one, again = (_panasonic_1c(folder, file) for file in (panasonic.ONE_C, AGAIN_1C))
     warm, cold = (_panasonic_pulses(folder, degrees) for degrees in (25, 0))
-    if not set(concealed).isdisjoint(YOUNG):
+    if set(concealed) == {WARM}:
         cold = ()
     slow, *short = given.tests
     return replace(
         given, tests=(slow, one, *short, *cold[::3]), only=None,
         driven=tuple(
-            _driven(panasonic.cycle(folder, name)) for name in YOUNG if name not in concealed
+            _driven(panasonic.cycle(folder, name)) for name in (WARM, COOL) if name not in concealed
         ),
         unseen=(again, *warm[1::3], *cold[1::3]),
     )  # fmt: skip
