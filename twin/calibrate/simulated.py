@@ -21,6 +21,7 @@ FloatArray = npt.NDArray[np.float64]
 BEYOND_V = 1.0
 """Beyond its cut-offs a simulated cell goes on for so long; samples it never comes to count as if
 it stood there, so that whoever comes further is better."""
+UNBOUNDED = 1e6  # V or K by as much again of a number: no derivative of a cell
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -73,9 +74,11 @@ class Simulator:
         s = sensitivity_of(run, sample.load, names, numbers=given)
         slopes, warming = (np.zeros((sample.load.time_s.size, len(names))) for _ in range(2))
         n = s.solution.voltage_V.size
-        # no derivative where a particle fills or salt runs out: a step is judged by its cost
+        # none where a particle fills, salt runs out or a falling potential lets it grow without
+        # bound: a step is judged by its cost
+        most = UNBOUNDED / np.array([abs(given[name]) or 1.0 for name in names])
         slopes[:n], warming[:n] = (
-            np.where(np.isfinite(v), v, 0.0) for v in (s.voltage, s.temperature)
+            np.where(np.abs(v) < most, v, 0.0) for v in (s.voltage, s.temperature)
         )
         warming[n:] = warming[n - 1] if n else 0.0
         return Simulated(

@@ -67,12 +67,18 @@ def test_derivatives_are_those_of_the_residuals() -> None:
         assert np.abs(got - expected).max() < 1e-4 * np.abs(expected).max()
 
 
-def test_a_derivative_that_does_not_exist_counts_as_none(monkeypatch: pytest.MonkeyPatch) -> None:
-    """The root of what is left of salt or of room in a particle has none at 0."""
+@pytest.mark.parametrize("value", [np.nan, 1e303])
+def test_a_derivative_that_does_not_exist_counts_as_none(
+    monkeypatch: pytest.MonkeyPatch, value: float
+) -> None:
+    """The root of what is left of salt or of room in a particle has none at 0.
+
+    Along a potential that does not fall everywhere it grows without bound.
+    """
 
     def broken(*given: Any, **options: Any) -> Sensitivities:
         s = sensitivity_of(*given, **options)
-        s.voltage[-3:] = np.nan
+        s.voltage[-3:] = value
         return s
 
     problem, q = case()
