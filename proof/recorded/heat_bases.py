@@ -23,6 +23,7 @@ from proof.recorded.measured import (
     RealCell,
     RealTest,
     discharge_of,
+    held_V,
     matlab,
     recorded_parts,
     recording,
@@ -215,7 +216,7 @@ def _melasta_test(folder: Path, name: str) -> RealTest:
 def _leaf(folder: Path, concealed: Collection[str]) -> Given:
     pulses = leaf_cell.pulses(folder)
     fast = (_leaf_test(folder, k) for k in (2, 3) if f"{k}C" not in concealed)
-    tests = (until(pulses, FLOWN), _leaf_test(folder, 1), *fast)
+    tests = (held_V(until(pulses, FLOWN)), _leaf_test(folder, 1), *fast)
     again = until(leaf_cell.one_of_several(folder, 1, 1), FLOWN)
     return Given(start=leaf_cell.start_cell(pulses), tests=tests, unseen=(again,), body=LEAF)
 

@@ -12,7 +12,7 @@ import casadi as ca
 import numpy as np
 import numpy.typing as npt
 
-from proof.recorded.measured import RealTest, on_one_clock, recording
+from proof.recorded.measured import TICK_S, RealTest, on_one_clock, recording
 from twin.bpx_function import Table
 from twin.builtin import load_cell
 from twin.cell import Cell
@@ -24,7 +24,8 @@ FloatArray = npt.NDArray[np.float64]
 FOLDER = "battery/leaf/"
 PULSES = {10: "10c", 25: "25c-2", 40: "40c-1"}
 DISCHARGES = "cell-discharge-bitrode-{}c.csv"
-COLUMNS = {"time_s": 1, "current_A": 8, "voltage_V": 9}
+COLUMNS = {"time_s": 1, "step_s": 7, "current_A": 8, "voltage_V": 9}
+LATE_S = 0.2  # after the current changed: a first row no later stands for the change
 THERMOCOUPLES_S = 3.0  # between their rows, which begin with the cycler's; three are on the cell
 ON_CELL = 3
 QUIET_A = 0.05
@@ -40,14 +41,23 @@ GRAPHITE = (0.06, 0.85)
 
 
 def _whole(folder: Path, file: str) -> RealTest:
-    """A whole file."""
+    """A whole file, with the changes of the current where they were.
+
+    A row is written at the end of its interval: the first of a step says by its clock how long ago
+    the current changed, at rest 60 s. There it gets a row of its own, without a voltage.
+    """
     with recording(folder, FOLDER + file).open(encoding="latin-1", newline="") as stream:
         rows = [row for row in csv.reader(stream) if row and row[0].strip() == "No"]
     table = np.array([[float(row[k]) for k in COLUMNS.values()] for row in rows])
-    time_s, charge_A, voltage_V = table.T
-    return on_one_clock(
-        RealTest(name=file, time_s=time_s, current_A=-charge_A, voltage_V=voltage_V)
+    time_s, step_s, charge_A, voltage_V = table.T
+    begins = np.flatnonzero((np.diff(step_s) < 0) & (step_s[1:] > LATE_S)) + 1
+    test = RealTest(
+        name=file,
+        time_s=np.insert(time_s, begins, time_s[begins - 1] + TICK_S),
+        current_A=-np.insert(charge_A, begins, charge_A[begins]),
+        voltage_V=np.insert(voltage_V, begins, np.nan),
     )
+    return on_one_clock(test)
 
 
 def pulses(folder: Path, degrees: int = 25) -> RealTest:
@@ -68,7 +78,7 @@ def discharge(folder: Path, times: int) -> RealTest:
     """
     whole = _whole(folder, DISCHARGES.format(times))
     warm = np.genfromtxt(recording(folder, f"{FOLDER}cell-discharge-temperature-{times}c.lvm"))
-    flows = whole.current_A > FLOWS_A
+    flows = (whole.current_A > FLOWS_A) & np.isfinite(whole.voltage_V)
     first = int(np.argmax(flows))
     stop = first + int(np.argmin(flows[first:]))
     begin_s = whole.time_s[first]
@@ -102,6 +112,7 @@ def open_circuit(test: RealTest) -> tuple[FloatArray, FloatArray]:
     follows, is raised by what it lacks where it began.
     """
     slow = (test.current_A > SLOW_A[0]) & (test.current_A < SLOW_A[1])
+    slow &= np.isfinite(test.voltage_V)
     edges = np.flatnonzero(np.diff(slow.astype(int), prepend=0, append=0)).reshape(-1, 2)
     spans = [(a, b - 1) for a, b in edges.tolist() if test.time_s[b - 1] - test.time_s[a] > 300.0]
     rests = _rests(test)

@@ -133,6 +133,16 @@ def recorded_parts(test: RealTest) -> tuple[RealTest, ...]:
     )
 
 
+def held_V(test: RealTest) -> RealTest:
+    """The same with the voltage of the row before in rows without one.
+
+    At a change of the current that is a row with the voltage of the other side, which a calibration
+    leaves out (`twin.calibrate.switched`).
+    """
+    there = np.where(np.isfinite(test.voltage_V), np.arange(test.voltage_V.size), 0)
+    return replace(test, voltage_V=test.voltage_V[np.maximum.accumulate(there)])
+
+
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class RealCell:
     """A cell, or pack of equal cells, with the tests to fit and the tests to judge by.

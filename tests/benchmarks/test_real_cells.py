@@ -6,12 +6,13 @@ import numpy as np
 import pytest
 
 from benchmarks.real_cells.__main__ import CELLS, SHARED
-from proof.recorded import panasonic
+from proof.recorded import leaf_cell, panasonic
 from proof.recorded.measured import (
     NotHere,
     RealCell,
     RealTest,
     discharge_of,
+    held_V,
     on_one_clock,
     recorded_parts,
 )
@@ -133,3 +134,24 @@ def test_panasonics_slow_charge_puts_back_what_was_drawn() -> None:
     first_V, last_V = test.voltage_V[[0, -1]]
     assert first_V - last_V == pytest.approx(0.024, abs=1e-3)
     assert test.drawn_C[-1] / 3600 == pytest.approx(0.035, abs=0.01)  # 0.38 as it is written down
+
+
+@pytest.mark.parametrize(("degrees", "counted_Ah"), [(25, 30.51), (10, 30.28), (40, 30.75)])
+def test_the_charge_of_a_leafs_pulses_is_what_the_cycler_counted(
+    degrees: int, counted_Ah: float
+) -> None:
+    """By the counters of its steps; 31.2 Ah where the first minute of each rest still flows."""
+    try:
+        pulses = leaf_cell.pulses(SHARED, degrees)
+    except NotHere as e:
+        pytest.skip(str(e))
+    assert pulses.drawn_C[-1] / 3600 == pytest.approx(counted_Ah, abs=0.01)
+    told = held_V(pulses).reference(ambient_K=298.15)
+    assert told.drawn_C()[-1] / 3600 == pytest.approx(counted_Ah, abs=0.01)
+    assert (told.mixed() == np.isnan(pulses.voltage_V)).all()  # so no calibration compares them
+
+
+def test_a_row_without_a_voltage_gets_the_one_before() -> None:
+    volts = np.array([4.0, np.nan, 3.9, np.nan, np.nan])
+    test = RealTest(name="t", time_s=np.arange(5.0), current_A=np.ones(5), voltage_V=volts)
+    assert held_V(test).voltage_V.tolist() == [4.0, 4.0, 3.9, 3.9, 3.9]
