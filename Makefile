@@ -14,8 +14,8 @@ paper: $(VENV)/.installed  ## the paper's figures and statements, into ./analysi
 proof: $(VENV)/.installed-proof  ## trials with a concealed truth, of a seed that nobody knows, into ./proven
 	$(BIN)/twin prove --out proven
 
-test: $(VENV)/.installed-test  ## the whole test suite
-	$(BIN)/python -m pytest
+test: $(VENV)/.installed-test  ## the whole test suite, a process for each core
+	$(BIN)/python -m pytest --numprocesses auto --dist loadfile
 
 lint: $(VENV)/.installed-test  ## style and types
 	$(BIN)/ruff check .

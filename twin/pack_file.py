@@ -52,7 +52,7 @@ class EnvironmentTable(_Table):
 
     ambient_c: Celsius | None = None
     heat_transfer_W_m2_K: Annotated[float, Field(ge=0.0, le=1000.0)] | None = None
-    heat_transfer_std_W_m2_K: Annotated[float, Field(ge=0.0, le=1000.0)] | None = None
+    heat_transfer_std_W_m2_K: Annotated[float, Field(ge=0.0)] | None = None
 
 
 class TwinTable(_Table):

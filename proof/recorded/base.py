@@ -35,11 +35,12 @@ from twin.effects import SelfHeating, SeriesResistance
 from twin.load import Between, Load
 from twin.pack import Pack
 from twin.simulate import simulate
+from twin.solution import Solution, Status
 from twin.whole_file import write_whole
 
 FloatArray = npt.NDArray[np.float64]
 
-VERSION = 9  # of what is kept: raise it where the same inputs give another calibration
+VERSION = 10  # of what is kept: raise it where the same inputs give another calibration
 COOLING_W_m2_K = (1.0, 200.0)  # looked for between still air and a clamp
 WHOLE = 0.5  # of the most that any test draws: a test that draws less shows no warming
 ALIKE = 0.8  # of a current: more is about as fast
@@ -314,26 +315,33 @@ def _to_fit(given: Given) -> tuple[Pack, list[ReferenceTest]]:
 
 
 def cooled(pack: Pack, tests: Sequence[RealTest]) -> Pack:
-    """The same with losses that heat it, and the cooling that the fastest whole test shows."""
+    """The same with losses that heat it, and the cooling that the fastest whole test shows.
+
+    That is the fastest of those to whose end the pack comes; of all, if it comes to no end.
+    """
     most_C = max(np.ptp(t.drawn_C) for t in tests)
-    test = min(
-        (t for t in tests if np.ptp(t.drawn_C) > WHOLE * most_C), key=lambda t: float(t.time_s[-1])
-    )
-    measured_K = test.temperature_K
-    assert measured_K is not None
-    load = Load(time_s=test.time_s, current_A=test.current_A, ambient_K=float(measured_K[0]))
+    whole = (t for t in tests if np.ptp(t.drawn_C) > WHOLE * most_C)
+    by_speed = sorted(whole, key=lambda t: float(t.time_s[-1]))
 
-    def heated(log_transfer: float) -> Pack:
+    def heated_by(test: RealTest, log_transfer: float) -> tuple[Pack, Solution]:
         heating = SelfHeating(heat_transfer_W_m2_K=float(np.exp(log_transfer)))
-        return replace(pack, effects=(*pack.effects, heating))
-
-    def misfit_K(log_transfer: float) -> float:
-        got_K = simulate(heated(log_transfer), load).temperature_K
-        return float(np.sqrt(np.mean((got_K - measured_K[: got_K.size]) ** 2)))
+        own = replace(pack, effects=(*pack.effects, heating))
+        ambient_K = test.start_K(pack.initial_K)
+        load = Load(time_s=test.time_s, current_A=test.current_A, ambient_K=ambient_K)
+        return own, simulate(replace(own, initial_K=ambient_K), load)
 
     low, high = np.log(COOLING_W_m2_K)
+    followed = (t for t in by_speed if heated_by(t, high)[1].status is Status.DONE)
+    test = next(followed, by_speed[0])
+    measured_K = test.temperature_K
+    assert measured_K is not None
+
+    def misfit_K(log_transfer: float) -> float:
+        got_K = heated_by(test, log_transfer)[1].temperature_K
+        return float(np.sqrt(np.mean((got_K - measured_K[: got_K.size]) ** 2)))
+
     best = minimize_scalar(misfit_K, bounds=(low, high), method="bounded", options={"xatol": 0.05})
-    return heated(float(best.x))
+    return heated_by(test, float(best.x))[0]
 
 
 def _key(given: Given) -> str:

@@ -6,10 +6,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from proof.recorded.base import Base, Body, Given, base_of, nearest, without_faster
+from proof.recorded.base import Base, Body, Given, base_of, cooled, nearest, without_faster
 from proof.recorded.measured import RealTest
 from twin.builtin import load_cell
+from twin.effects import SelfHeating
+from twin.load import Load
 from twin.pack import Pack
+from twin.simulate import simulate
 
 CAPACITY_C = 3600.0
 
@@ -105,3 +108,21 @@ def test_the_base_is_what_states_the_least_error(monkeypatch: pytest.MonkeyPatch
     g = given(map(discharge, (0.1, 1.0, 2.0)), 1.0)
     for least in (0.015, 0.03):
         assert base_of(g, Path()).error_V == min(least, 0.02)
+
+
+def test_the_cooling_is_that_of_the_fastest_test_that_the_pack_follows_to_its_end() -> None:
+    """At 4C the salt is gone half way, and what is told of its warmth false."""
+    start = Pack(cell=load_cell("lg_m50"), effects=(SelfHeating(heat_transfer_W_m2_K=20.0),))
+    time_s = np.linspace(0.0, 3000.0, 300)
+    load = Load(time_s=time_s, current_A=np.full(300, 5.0), ambient_K=298.15)
+    warm = RealTest(
+        name="1C", time_s=time_s, current_A=load.current_A, voltage_V=np.full(300, 3.7),
+        temperature_K=simulate(start, load).temperature_K,
+    )  # fmt: skip
+    cold = RealTest(
+        name="4C", time_s=time_s / 4, current_A=4 * load.current_A, voltage_V=np.full(300, 3.7),
+        temperature_K=np.full(300, 298.15),
+    )  # fmt: skip
+    (heating,) = cooled(Pack(cell=start.cell), (cold, warm)).effects
+    assert isinstance(heating, SelfHeating)
+    assert heating.heat_transfer_W_m2_K == pytest.approx(20.0, rel=0.05)

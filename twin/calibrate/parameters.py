@@ -108,6 +108,7 @@ ACTIVATIONS = (
 ACTIVATION_STD_J_mol, ACTIVATION_MOST_J_mol = 12e3, 100e3
 """Those of the reactions lie 18 and 26 kJ/mol apart in the two built-in cells, one NMC, one LCO."""
 WARMING = ("heat_capacity_J_K", "heat_transfer_W_m2_K")
+MOST_TRANSFER_W_m2_K = 1000.0  # of the prior: a pack file states no more
 
 
 def cell_table(
@@ -153,7 +154,8 @@ def cell_table(
             Parameter(name="heat_capacity_J_K", unit="J/K", mean=capacity_J_K, std=0.15,
                       lower=capacity_J_K / 2, upper=2 * capacity_J_K, scale=Scale.LOG),
             Parameter(name="heat_transfer_W_m2_K", unit="W/(m2 K)", mean=transfer, std=log(2.5),
-                      lower=transfer / 30, upper=30 * transfer, scale=Scale.LOG),
+                      lower=transfer / 30, upper=min(30 * transfer, MOST_TRANSFER_W_m2_K),
+                      scale=Scale.LOG),
         ]  # fmt: skip
     return (*out, *bump_parameters(cell))
 

@@ -9,7 +9,7 @@ from tests.twin.calibrate.synthetic import NOISE_V, RELAX, Stage, cell_pack, loa
 from twin.calibrate.answer import Verdict
 from twin.calibrate.objective import SPAN_K
 from twin.calibrate.out import calibrated_cell, pack_text
-from twin.calibrate.parameters import ACTIVATIONS, WARMING
+from twin.calibrate.parameters import ACTIVATIONS, WARMING, cell_table
 from twin.calibrate.reference import ReferenceTest
 from twin.calibrate.run import conclude, fit, problem_of
 from twin.constants import ZERO_CELSIUS_K
@@ -156,3 +156,11 @@ def test_derivatives_of_temperatures_are_those_of_the_residuals() -> None:
     got, expected = (slopes @ along)[warm], (change / (2 * step))[warm]
     assert np.abs(expected).max() > 0.1
     assert np.abs(got - expected).max() < 1e-3 * np.abs(expected).max()
+
+
+def test_no_cooling_is_looked_for_that_a_pack_file_does_not_take() -> None:
+    pack = replace(cell_pack(), effects=(SelfHeating(heat_transfer_W_m2_K=200.0),))
+    table = {p.name: p for p in cell_table(pack, warming=True)}
+    assert table[WARMING[1]].upper == 1000.0
+    least, _ = table[WARMING[1]].bounds
+    assert table[WARMING[1]].value(least) == pytest.approx(200.0 / 30)
