@@ -69,7 +69,7 @@ def test_a_beginning_that_is_lost_does_not_matter(kind: Format) -> None:
         (b"ULo", "first 3 bytes of a ULog"),
         (bytes(4096), "zero bytes"),
         (b"version https://git-lfs.github.com/spec/v1\noid sha256:0\n", "git lfs pull"),
-        (gzip.compress(b"a log"), "gzip archive"),
+        (gzip.compress(b"a log", mtime=0), "gzip archive"),
         (b"PK\x03\x04rest", "zip archive"),
         (b"time_s,current_A\n0.0,1.2\n", "--sensor"),
         (random.Random(1).randbytes(HEAD_BYTES), "no known log"),
