@@ -214,10 +214,13 @@ def _melasta_test(folder: Path, name: str) -> RealTest:
 
 
 def _leaf(folder: Path, concealed: Collection[str]) -> Given:
+    """Full is that of the trial: its pulses are of another charge than its discharges."""
     pulses = leaf_cell.pulses(folder)
+    given = held_V(replace(until(pulses, FLOWN), temperature_K=None))  # that of the chamber
+    one, again = (until(leaf_cell.discharge(folder, 1, which), FLOWN) for which in (0, 1))
     fast = (_leaf_test(folder, k) for k in (2, 3) if f"{k}C" not in concealed)
-    tests = (held_V(until(pulses, FLOWN)), _leaf_test(folder, 1), *fast)
-    again = until(leaf_cell.one_of_several(folder, 1, 1), FLOWN)
+    pulsed = any(name.startswith("pulses") for name in concealed)
+    tests = (given, one, *fast) if pulsed else (one, given, *fast)
     return Given(start=leaf_cell.start_cell(pulses), tests=tests, unseen=(again,), body=LEAF)
 
 

@@ -32,7 +32,6 @@ QUIET_A = 0.05
 RESTED_S = 3000.0  # an hour less a margin
 SLOW_A = (9.0, 11.0)  # of the discharges between the pulses
 FLOWS_A = 20.0  # more is a discharge at 1C or faster
-RESTING = 5  # samples of rest that are kept before one of several
 MOST_V, LEAST_V = 4.2, 3.0
 ROWS = 60  # of the table of a potential
 FALL_V = 1e-5  # at least, from row to row
@@ -71,37 +70,29 @@ def pulses(folder: Path, degrees: int = 25) -> RealTest:
     return replace(test, temperature_K=np.full(test.time_s.size, degrees + ZERO_CELSIUS_K))
 
 
-def discharge(folder: Path, times: int) -> RealTest:
-    """The first discharge from full at so many C, with the mean of the thermocouples on the cell.
+def discharge(folder: Path, times: int, which: int = 0) -> RealTest:
+    """A discharge from full at so many C, with the mean of the thermocouples on the cell.
 
-    At 2C and 3C the cell was charged on another channel before; there it is the first thing.
+    At 2C and 3C the cell was charged on another channel before the first; there it is the first
+    thing. It begins with the current: the cell had not come to rest in the ten minutes before.
+
+    Args:
+        folder: of the recordings.
+        times: 1, 2 or 3, of 30.6 A.
+        which: of the equal discharges of the file, from 0; at 3C only 0 has thermocouples.
     """
     whole = _whole(folder, DISCHARGES.format(times))
     warm = np.genfromtxt(recording(folder, f"{FOLDER}cell-discharge-temperature-{times}c.lvm"))
-    flows = (whole.current_A > FLOWS_A) & np.isfinite(whole.voltage_V)
-    first = int(np.argmax(flows))
-    stop = first + int(np.argmin(flows[first:]))
+    flows = ((whole.current_A > FLOWS_A) & np.isfinite(whole.voltage_V)).astype(int)
+    edges = np.flatnonzero(np.diff(flows, prepend=0, append=0)).reshape(-1, 2)
+    first, stop = edges[which].tolist()
     begin_s = whole.time_s[first]
     test = whole.part(slice(first, stop))
     at_s = THERMOCOUPLES_S * np.arange(len(warm))
     on_cell = warm[:, :ON_CELL].mean(axis=1)
     temperature_K = np.interp(test.time_s + begin_s, at_s, on_cell) + ZERO_CELSIUS_K
-    return replace(test, name=f"{times}C", temperature_K=temperature_K)
-
-
-def one_of_several(folder: Path, times: int, which: int) -> RealTest:
-    """A discharge at so many C, with the last of the rest before it.
-
-    Args:
-        folder: of the recordings.
-        times: 1 or 2, of 30.6 A.
-        which: of the equal discharges of the file, from 0; at 2C nothing was recorded before 0.
-    """
-    whole = _whole(folder, DISCHARGES.format(times))
-    flows = (whole.current_A > FLOWS_A).astype(int)
-    edges = np.flatnonzero(np.diff(flows, prepend=0, append=0)).reshape(-1, 2)
-    start, stop = edges[which].tolist()
-    return replace(whole.part(slice(start - RESTING, stop)), name=f"{times}C, {which}")
+    name = f"{times}C, {which + 1}" if which else f"{times}C"
+    return replace(test, name=name, temperature_K=temperature_K)
 
 
 def open_circuit(test: RealTest) -> tuple[FloatArray, FloatArray]:
@@ -144,11 +135,14 @@ def start_cell(test: RealTest) -> Pack:
     """A LG M50 with the capacity of this cell and a positive electrode of its own potential.
 
     That is the open-circuit voltage of the cell plus the potential of the graphite at the same
-    charge, over GRAPHITE; the calibration moves the windows. Beyond what was drawn, straight.
+    charge, over GRAPHITE; the calibration moves the windows. Beyond what was drawn, straight; full
+    is MOST_V, to which all discharges were charged: before the pulses the cell rested below it.
     Tried and left, since 1C was then predicted worse from the pulses: the diffusivity of a spinel,
     1e-13 m2/s (62 mV instead of 20), and the thinner coatings of a LiPo (114 mV).
     """
     drawn_C, rest_V = open_circuit(test)
+    above_C = (MOST_V - rest_V[0]) * (drawn_C[1] - drawn_C[0]) / (rest_V[0] - rest_V[1])
+    drawn_C, rest_V = np.append(0.0, drawn_C + above_C), np.append(MOST_V, rest_V)
     cell = load_cell("lg_m50")
     whole_C = float(drawn_C[-1])
     soc = np.linspace(1.0, 0.0, ROWS)

@@ -161,4 +161,8 @@ def test_the_potential_of_the_leaf_falls_as_the_electrode_fills() -> None:
     assert (np.diff(rest_V) <= 0).all()
     assert drawn_C[-1] / 3600 == pytest.approx(30.5, abs=0.1)  # of 33 Ah, as the file's counter
     pack = leaf_cell.start_cell(pulses)
-    assert open_circuit_V(pack.cell, 1.0) == pytest.approx(rest_V[0], abs=2e-3)
+    assert open_circuit_V(pack.cell, 1.0) == pytest.approx(leaf_cell.MOST_V, abs=2e-3)
+    at_rest = rest_soc(pack.cell, float(rest_V[0]))  # 4.182 V: not quite full
+    assert 0.98 < at_rest < 0.995
+    told_C = (at_rest - rest_soc(pack.cell, float(rest_V[2]))) * pack.capacity_C
+    assert told_C == pytest.approx(drawn_C[2], rel=0.05)
