@@ -20,21 +20,27 @@ Factors = dict[int, ca.SX]
 
 
 class Operation(NamedTuple):
-    """One instruction of a CasADi function of scalars: work[to] = op(work[of], ...)."""
+    """One instruction of a CasADi function of scalars: work[to] = op(work[of], ...).
+
+    A function that is called, as a table is, stays one operation: `called`.
+    """
 
     op: int
     of: list[int]
     to: list[int]
     constant: float
+    called: ca.Function | None
 
 
 def operations(inputs: list[ca.SX], result: ca.SX) -> Iterator[Operation]:
     """What has to be done for `result` (n,), which is dense."""
     f = ca.Function("f", inputs, [ca.densify(result)], {"cse": True})
+    nodes = f.instructions_sx()
     for k in range(f.n_instructions()):
         op = f.instruction_id(k)
         constant = f.instruction_constant(k) if op == ca.OP_CONST else 0.0
-        yield Operation(op, f.instruction_input(k), f.instruction_output(k), constant)
+        called = nodes[k].which_function() if op == ca.OP_CALL else None
+        yield Operation(op, f.instruction_input(k), f.instruction_output(k), constant, called)
 
 
 class ChainRule:
@@ -47,7 +53,7 @@ class ChainRule:
         symbols = ca.vertsplit(inputs)
         values: dict[int, ca.SX] = {}
         factors: dict[int, Factors] = {}
-        for op, of, to, constant in operations([inputs], outputs):
+        for op, of, to, constant, called in operations([inputs], outputs):
             if op == ca.OP_OUTPUT:
                 self._outputs[to[1]] = factors[of[0]]
             elif op == ca.OP_CONST:
@@ -56,8 +62,8 @@ class ChainRule:
                 values[to[0]], factors[to[0]] = symbols[of[1]], {of[1]: ca.SX(1)}
             else:
                 given = [values[a] for a in of]
-                joined = _joined(op, given, [factors[a] for a in of])
-                values[to[0]], factors[to[0]] = _value(op, given), self._known(joined)
+                joined = _joined(op, given, [factors[a] for a in of], called)
+                values[to[0]], factors[to[0]] = _value(op, given, called), self._known(joined)
 
     def _known(self, factors: Factors) -> Factors:
         """A new quantity, unless it changes with a single one."""
@@ -78,17 +84,32 @@ def _sum(factors: Factors, changes: list[ca.SX]) -> ca.SX:
     return sum((w * changes[q] for q, w in factors.items()), start=ca.SX(0))
 
 
-def _value(op: int, given: list[ca.SX]) -> ca.SX:
+def _value(op: int, given: list[ca.SX], called: ca.Function | None) -> ca.SX:
+    if called is not None:
+        return _call(called, given)
     value: ca.SX = ca.SX.unary(op, *given) if len(given) == 1 else ca.SX.binary(op, *given)
     return value
 
 
-def _joined(op: int, given: list[ca.SX], factors: list[Factors]) -> Factors:
+def _call(called: ca.Function, given: list[ca.SX]) -> ca.SX:
+    """Of a function with one number as its result; those of `given` are all that it depends on."""
+    if called.nnz_out() != 1:
+        raise NotImplementedError(f"{called}: a call with other than one result")
+    rest, arguments = iter(given), []
+    for k in range(called.n_in()):
+        own = called.sparsity_in(k)
+        arguments.append(ca.SX(own, ca.vertcat(*(next(rest) for _ in range(own.nnz())))))
+    return called(*arguments)
+
+
+def _joined(
+    op: int, given: list[ca.SX], factors: list[Factors], called: ca.Function | None
+) -> Factors:
     """How the result of an operation changes with what its arguments change with."""
     if not any(factors):
         return {}
     out: Factors = {}
-    for slope, of in zip(_slopes(op, given), factors, strict=True):
+    for slope, of in zip(_slopes(op, given, called), factors, strict=True):
         if not slope.is_zero():
             for q, weight in of.items():
                 out[q] = out.get(q, ca.SX(0)) + slope * weight
@@ -103,17 +124,18 @@ _SIMPLE: dict[int, Callable[..., list[ca.SX]]] = {
 }  # most of all operations; the others are asked of CasADi
 
 
-def _slopes(op: int, given: list[ca.SX]) -> list[ca.SX]:
+def _slopes(op: int, given: list[ca.SX], called: ca.Function | None) -> list[ca.SX]:
     if op in _SIMPLE:
         return _SIMPLE[op](*given)
-    slopes: list[ca.SX] = ca.vertsplit(_derivative(op, len(given))(ca.vertcat(*given)))
+    derivative = _derivative(op, len(given), called)
+    slopes: list[ca.SX] = ca.vertsplit(derivative(ca.vertcat(*given)))
     return slopes
 
 
 @cache
-def _derivative(op: int, arity: int) -> ca.Function:
+def _derivative(op: int, arity: int, called: ca.Function | None) -> ca.Function:
     x = ca.SX.sym("x", arity)
-    value = _value(op, ca.vertsplit(x))
+    value = _value(op, ca.vertsplit(x), called)
     return ca.Function("derivative", [x], [ca.densify(ca.jacobian(value, x).T)])
 
 
@@ -153,7 +175,7 @@ def split(result: ca.SX, early: ca.SX, late: ca.SX) -> tuple[ca.SX, ca.SX, ca.SX
         value, needs_late = work[slot]
         return value if needs_late else known.symbol(slot, value)
 
-    for op, of, to, constant in operations([early, late], result):
+    for op, of, to, constant, called in operations([early, late], result):
         if op == ca.OP_OUTPUT:
             rest[to[1]] = inside(of[0])
             continue
@@ -164,7 +186,7 @@ def split(result: ca.SX, early: ca.SX, late: ca.SX) -> tuple[ca.SX, ca.SX, ca.SX
         else:
             needs_late = any(work[a][1] for a in of)
             given = [inside(a) if needs_late else work[a][0] for a in of]
-            new = _value(op, given), needs_late
+            new = _value(op, given, called), needs_late
         known.forget(to[0])
         work[to[0]] = new
     return ca.vertcat(*known.symbols), ca.vertcat(*known.values), ca.vertcat(*rest)

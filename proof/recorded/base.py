@@ -40,7 +40,7 @@ from twin.whole_file import write_whole
 
 FloatArray = npt.NDArray[np.float64]
 
-VERSION = 10  # of what is kept: raise it where the same inputs give another calibration
+VERSION = 11  # of what is kept: raise it where the same inputs give another calibration
 COOLING_W_m2_K = (1.0, 200.0)  # looked for between still air and a clamp
 WHOLE = 0.5  # of the most that any test draws: a test that draws less shows no warming
 ALIKE = 0.8  # of a current: more is about as fast

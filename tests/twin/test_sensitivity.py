@@ -1,12 +1,15 @@
 """Sensitivities against central differences of runs solved to rounding, and exact relations."""
 
 from collections.abc import Iterator
+from dataclasses import replace
 
 import numpy as np
 import pytest
 
 from twin import limits, newton, pack_model
+from twin.bpx_function import Table
 from twin.builtin import load_cell
+from twin.cell import Cell
 from twin.effects import (
     AGEING,
     ActiveMaterialLoss,
@@ -106,17 +109,36 @@ def step_of(name: str, value: float) -> float:
     return STEP * value or next(v for end, v in STEP_AT_0.items() if name.endswith(end))
 
 
+def with_tables() -> Cell:
+    """Rows on straight lines: differences see no jump of a slope."""
+    cell = load_cell("lg_m50")
+
+    def of(low: float, middle: float, high: float) -> Table:
+        return Table((0.0, 0.5, 1.0), (low, middle, high))
+
+    n, p = (
+        replace(e, entropic_V_K=of(1e-4, 0.0, -1e-4), diffusivity_m2_s=of(3e-14, 2e-14, 1e-14))
+        for e in (cell.negative, cell.positive)
+    )
+    return replace(
+        cell,
+        negative=replace(n, ocp_V=of(0.3, 0.2, 0.1)),
+        positive=replace(p, ocp_V=of(4.5, 4, 3.5)),
+    )
+
+
 @pytest.mark.parametrize(
     ("cell", "effects", "between"),
-    [("lg_m50", HARSH, Between.LINEAR), ("lipo_2200", HARSH, Between.HOLD),
-     ("lg_m50", (), Between.HOLD)],
+    [(load_cell("lg_m50"), HARSH, Between.LINEAR), (load_cell("lipo_2200"), HARSH, Between.HOLD),
+     (load_cell("lg_m50"), (), Between.HOLD), (with_tables(), HARSH, Between.HOLD)],
+    ids=["lg_m50", "lipo_2200", "without ageing", "tables"],
 )  # fmt: skip
 @pytest.mark.usefixtures("to_rounding")
 def test_derivatives_by_every_number_are_the_limit_of_differences(
-    cell: str, effects: tuple[AnyEffect, ...], between: Between
+    cell: Cell, effects: tuple[AnyEffect, ...], between: Between
 ) -> None:
     pack = Pack(
-        cell=load_cell(cell), series=3, capacity_C=18000.0, initial_soc=0.6,
+        cell=cell, series=3, capacity_C=18000.0, initial_soc=0.6,
         effects=(SelfHeating(), *effects),
     )  # fmt: skip
     load = flight(between, charging_s=10.0)
