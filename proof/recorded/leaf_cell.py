@@ -137,8 +137,6 @@ def start_cell(test: RealTest) -> Pack:
     That is the open-circuit voltage of the cell plus the potential of the graphite at the same
     charge, over GRAPHITE; the calibration moves the windows. Beyond what was drawn, straight; full
     is MOST_V, to which all discharges were charged: before the pulses the cell rested below it.
-    Tried and left, since 1C was then predicted worse from the pulses: the diffusivity of a spinel,
-    1e-13 m2/s (62 mV instead of 20), and the thinner coatings of a LiPo (114 mV).
     """
     drawn_C, rest_V = open_circuit(test)
     above_C = (MOST_V - rest_V[0]) * (drawn_C[1] - drawn_C[0]) / (rest_V[0] - rest_V[1])

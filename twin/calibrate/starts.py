@@ -1,8 +1,8 @@
 """Where least squares begin: windows by the slowest test, then points that lead to other valleys.
 
-Where the twin is not quite the cell, what they end in depends on it: a Nissan Leaf's 2C was missed
-by 14.7 mV from the windows, by 8.7 from a point of the prior, and a 1C that was not fitted by 17.1
-and 12.9.
+Where the twin is not quite the cell, what they end in depends on it: a drive cycle of a Panasonic
+NCR18650PF, predicted by a fit to its other tests, was missed by 37.8 mV from the windows alone, by
+34.9 from points of the prior too.
 """
 
 from collections.abc import Iterator
