@@ -130,6 +130,8 @@ def solve(
         warnings.simplefilter("ignore")  # PyBaMM's own, about its own defaults
         model = pybamm.lithium_ion.DFN(options(truth))
         model.events = []
+        if truth.plated_mol_m3 is not None and truth.heat_transfer_W_m2_K is not None:
+            _warm_by_stripping(model)
         values = values_of(truth)
         values["Current function [A]"] = pybamm.Interpolant(time_s, current_A, pybamm.t)
         graded = pybamm.MeshGenerator(pybamm.Chebyshev1DSubMesh)  # the skin of a particle is thin
@@ -147,6 +149,23 @@ def solve(
     names = ("Voltage [V]", "Volume-averaged cell temperature [K]")
     voltage, temperature = (np.asarray(solution[name].entries, dtype=float) for name in names)
     return voltage, temperature
+
+
+def _warm_by_stripping(model: pybamm.BaseModel) -> None:
+    """Heat of plating and stripping, current times overpotential, which PyBaMM 26.10 leaves out.
+
+    Without it lithium that strips warms the cell by what intercalates for it alone.
+    """
+    param, names = model.param, "Negative electrode lithium plating "
+    heat_W_m3 = (
+        model.variables[names + "volumetric interfacial current density [A.m-3]"]
+        * model.variables[names + "reaction overpotential [V]"]
+    )
+    area_m2 = param.n_electrodes_parallel * param.L_y * param.L_z
+    heat_W = pybamm.x_average(heat_W_m3) * param.n.L * area_m2
+    capacity_J_K_m3 = model.variables["Volume-averaged effective heat capacity [J.K-1.m-3]"]
+    temperature = model.variables["Volume-averaged cell temperature [K]"]
+    model.rhs[temperature] += heat_W / param.V_cell / capacity_J_K_m3
 
 
 def okane() -> dict[str, Any]:
