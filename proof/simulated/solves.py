@@ -10,7 +10,7 @@ import numpy.typing as npt
 import pybamm
 
 from proof.simulated.cell_truth import CellTruth
-from proof.simulated.dfn import POINTS, TOLERANCE, solve
+from proof.simulated.dfn import EQUATIONS, POINTS, TOLERANCE, solve
 
 FloatArray = npt.NDArray[np.float64]
 
@@ -31,7 +31,8 @@ class Solves:
         """Voltage and temperature (n,) of one cell; OutOfReachError if there is none."""
         if self.folder is None:
             return _solve(truth, time_s, current_A)
-        what = f"{truth!r} {POINTS[truth.cell]} {TOLERANCE} {pybamm.__version__}".encode()
+        numerics = f"{POINTS[truth.cell]} {TOLERANCE} {EQUATIONS} {pybamm.__version__}"
+        what = f"{truth!r} {numerics}".encode()
         key = hashlib.sha256(what + time_s.tobytes() + current_A.tobytes()).hexdigest()[:24]
         path = self.folder / f"{key}.npz"
         if not path.exists():
