@@ -153,9 +153,10 @@ def solve(
 
 
 def _warm_by_stripping(model: pybamm.BaseModel) -> None:
-    """Heat of plating and stripping, current times overpotential, which PyBaMM 26.10 leaves out.
+    """Adds the heat of plating and stripping [W], > 0, to the lumped temperature of `model`.
 
-    Without it lithium that strips warms the cell by what intercalates for it alone.
+    Current of the reaction times its overpotential, as of any other (Bernardi, Pawlikowski, Newman,
+    J. Electrochem. Soc. 132, 5 (1985)); PyBaMM 26.10 sums the heat of intercalation alone.
     """
     param, names = model.param, "Negative electrode lithium plating "
     heat_W_m3 = (
