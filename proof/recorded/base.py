@@ -28,7 +28,7 @@ from twin.calibrate.objective import READ_K
 from twin.calibrate.out import cell_of
 from twin.calibrate.parameters import WARMING
 from twin.calibrate.reference import ReferenceTest
-from twin.calibrate.run import Progress, fit, problem_of
+from twin.calibrate.run import Progress, fit_from_everywhere, problem_of
 from twin.cell import Cell
 from twin.constants import ZERO_CELSIUS_K
 from twin.effects import SelfHeating, SeriesResistance
@@ -40,7 +40,7 @@ from twin.whole_file import write_whole
 
 FloatArray = npt.NDArray[np.float64]
 
-VERSION = 11  # of what is kept: raise it where the same inputs give another calibration
+VERSION = 12  # of what is kept: raise it where the same inputs give another calibration
 COOLING_W_m2_K = (1.0, 200.0)  # looked for between still air and a clamp
 WHOLE = 0.5  # of the most that any test draws: a test that draws less shows no warming
 ALIKE = 0.8  # of a current: more is about as fast
@@ -187,7 +187,7 @@ def start_soc(cell: Cell, test: RealTest, full_soc: float) -> float:
 def _calibrate(given: Given, place: Path) -> None:
     pack, tests = _to_fit(given)
     only = None if given.only is None else (*given.only, *WARMING)
-    *_, best = fit(problem_of(pack, tests, only=only))
+    *_, best = fit_from_everywhere(problem_of(pack, tests, only=only))
     numbers = best.problem.mapped(best.q, 0).numbers
     names = ", ".join(t.name for t in tests)
     text = write_bpx(cell_of(best.problem, best.q), description=f"calibrated to {names}")

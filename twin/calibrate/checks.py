@@ -98,9 +98,10 @@ def predicted(
 
     (n,) each, without rows that have the voltage of another current.
 
-    The weights, what is held and bumps on the open-circuit curve are theirs. Of the tests at
-    `places` only the voltage at the start is used, as a state to start from; and `q`, the fit to
-    all of them, is where this one starts.
+    The weights, what is held and bumps on the open-circuit curve are theirs, and `q`, the fit to
+    all, is where this one starts. Of the tests at `places` only the state at the start is used: by
+    their voltage at rest, or where a current flows from the first sample on and hides it, as `q`
+    has it. What state a cell was in, no other test can predict.
     """
     left = [t.as_expected() for i, t in enumerate(problem.tests) if i not in places]
     others = problem.holding(()).of_other_tests(left)
@@ -110,5 +111,8 @@ def predicted(
     for s in settled(others, best):
         best = s.q
         yield ()
-    starts = problem.table[len(problem.table) - len(tests) :]
-    yield tuple(others.replayed(best, tests[k], starts[k].mean)[~tests[k].mixed()] for k in places)
+    starts_V = problem.values(q)[len(problem.table) - len(tests) :]
+    for k, test in enumerate(problem.tests):
+        if test.rested:
+            starts_V[k] = test.start_V
+    yield tuple(others.replayed(best, tests[k], starts_V[k])[~tests[k].mixed()] for k in places)

@@ -108,6 +108,16 @@ ACTIVATIONS = (
 ACTIVATION_STD_J_mol, ACTIVATION_MOST_J_mol = 12e3, 100e3
 """Those of the reactions lie 18 and 26 kJ/mol apart in the two built-in cells, one NMC, one LCO."""
 WARMING = ("heat_capacity_J_K", "heat_transfer_W_m2_K")
+MIXTURE_mol_m3, MIXTURES_m2_s = 1000.0, (1.77e-10, 3.22e-10)
+"""What was measured of diffusivities in carbonate mixtures with so much LiPF6, at 25 degC.
+
+Nyman, Behm and Lindbergh (2008), doi:10.1016/j.electacta.2008.04.023, and Valoen and Reimers
+(2005), doi:10.1149/1.1872737; between them Ecker et al. (2015), doi:10.1149/2.0551509jes (2.59e-10)
+and Landesfeind and Gasteiger (2019), doi:10.1149/2.0571912jes (2.89e-10)."""
+LEAST_PORES = 0.7
+"""Of the porosity of the cell to start from. Measured coatings have 0.25 (negative of the LG M50:
+Chen et al. 2020, doi:10.1149/1945-7111/ab9050) to 0.33 (negative of a Kokam: Ecker et al.)."""
+MIXTURE_FACTOR = 1.5  # beyond them either way, and from the cell to start from
 MOST_TRANSFER_W_m2_K = 1000.0  # of the prior: a pack file states no more
 
 
@@ -138,8 +148,7 @@ def cell_table(
     salt = numbers["electrolyte.initial_concentration_mol_m3"]
     rate_A = capacity_C / 3600
     out += [
-        Parameter(name="electrolyte.diffusivity_factor", unit="", mean=1.0, std=log(1.4),
-                  lower=0.2, upper=5.0, scale=Scale.LOG),
+        _salt_diffusivity(cell),
         Parameter(name="electrolyte.initial_concentration_mol_m3", unit="mol/m3", mean=salt,
                   std=0.1, lower=0.6 * salt, upper=1.7 * salt, scale=Scale.LOG),
         Parameter(name="series_resistance_ohm", unit="ohm",
@@ -236,6 +245,15 @@ def _by_factor(name: str, unit: str, mean: float) -> Parameter:
                      upper=mean * most, scale=Scale.LOG)  # fmt: skip
 
 
+def _salt_diffusivity(cell: Cell) -> Parameter:
+    """Not what no electrolyte has: a cell at its limit would run out of salt before its time."""
+    own_m2_s = float(ca.evalf(cell.electrolyte.diffusivity_m2_s(ca.SX(MIXTURE_mol_m3))))
+    least, most = (measured / own_m2_s for measured in MIXTURES_m2_s)
+    return Parameter(name="electrolyte.diffusivity_factor", unit="", mean=1.0, std=log(1.4),
+                     lower=min(least, 1.0) / MIXTURE_FACTOR, upper=max(most, 1.0) * MIXTURE_FACTOR,
+                     scale=Scale.LOG)  # fmt: skip
+
+
 def _activation(name: str, mean: float) -> Parameter:
     return Parameter(name=name, unit="J/mol", mean=mean, std=ACTIVATION_STD_J_mol,
                      lower=0.0, upper=max(ACTIVATION_MOST_J_mol, 1.5 * mean))  # fmt: skip
@@ -243,5 +261,5 @@ def _activation(name: str, mean: float) -> Parameter:
 
 def _porosity(name: str, numbers: dict[str, float]) -> Parameter:
     mean = numbers[name]
-    return Parameter(name=name, unit="", mean=mean, std=0.04, lower=0.5 * mean,
+    return Parameter(name=name, unit="", mean=mean, std=0.04, lower=LEAST_PORES * mean,
                      upper=min(0.5 * (1 + mean), 1.6 * mean))  # fmt: skip

@@ -68,6 +68,11 @@ class Sampled:
     missed_V: FloatArray | float = 0.0
     model_V: float = 0.0
 
+    @property
+    def rested(self) -> bool:
+        """Whether it starts at rest, so that its voltage tells the state."""
+        return self.start_sigma_V <= RESTED_V
+
     def as_expected(self) -> "Sampled":
         """The same before anything was fitted to it."""
         sigma_V = np.hypot(expected_V(self.noise_V, self.count), self.model_V)

@@ -162,7 +162,8 @@ def fit(
     """Ever better fits; stop iterating whenever it is good enough.
 
     `start` are values of an earlier fit to go on from, by name. `search` is used where least
-    squares alone do not explain the tests; None leaves it at them.
+    squares alone do not explain the tests; None leaves it at them. CalibrationError if no cell has
+    the numbers that it starts from.
     """
     best = None
     begin = None if start is None else problem.coordinates(start)
@@ -184,6 +185,19 @@ def fit(
     for polished in _polished(problem, best.q):
         if polished.problem is not problem or polished.cost <= best.cost:
             yield (best := polished)
+    yield from _finished(best)
+
+
+def fit_from_everywhere(problem: Problem) -> Iterator[Progress]:
+    """The same by least squares from all points of `starts.py`, the best of them finished.
+
+    Of a measured cell many valleys miss the tests by as little as a twin may, and the first to do
+    so may have numbers that no cell has: the likeliest is wanted.
+    """
+    best = None
+    for best in _fresh(problem, 0.0):
+        yield best
+    assert best is not None
     yield from _finished(best)
 
 
@@ -256,18 +270,18 @@ def conclude(
     return last
 
 
-def _fresh(problem: Problem) -> Iterator[Progress]:
+def _fresh(problem: Problem, enough_V: float = MISSED_V) -> Iterator[Progress]:
+    """From points of `starts.py`, until a fit misses each test by less than `enough_V`."""
     q = starts.of_windows(problem)
     yield _progress(problem, "windows and capacity", q, problem.cost(q))
-    best = None
-    for best in _loosely(problem, [q, starts.plentiful(problem, q)], None):
+    first = None
+    for first in _loosely(problem, [q, starts.plentiful(problem, q)], None, enough_V):
+        yield first
+    more = iter(()) if _near(first, FAR * enough_V) else starts.drawn(of_a_model(problem), q)
+    best = first
+    for best in _loosely(problem, more, first, enough_V):
         yield best
-    assert best is not None
-    more = iter(()) if _near(best, FAR * MISSED_V) else starts.drawn(of_a_model(problem), q)
-    other = best
-    for other in _loosely(problem, more, best):
-        yield other
-    yield from _closer(problem, q, other)
+    yield from _closer(problem, q, _of_a_cell(best))
 
 
 def _gone_on(problem: Problem, q: FloatArray) -> Iterator[Progress]:
@@ -278,13 +292,21 @@ def _gone_on(problem: Problem, q: FloatArray) -> Iterator[Progress]:
     best = None
     for best in _loosely(problem, [q], None):
         yield best
-    assert best is not None
-    yield from _closer(problem, q, best)
+    yield from _closer(problem, q, _of_a_cell(best))
+
+
+def _of_a_cell(best: Progress | None) -> Progress:
+    """It; CalibrationError if there is none."""
+    if best is None:
+        raise CalibrationError("no cell has the numbers that the fit starts from")
+    return best
 
 
 def _closer(problem: Problem, start: FloatArray, best: Progress) -> Iterator[Progress]:
     """What is better than `best`, the twin taken for the cell, from `start`; if it may be."""
-    *_, close = _polished(problem, start)
+    close = best
+    with suppress(Infeasible):
+        *_, close = _polished(problem, start)
     if not _near(best):  # what noise alone leads to may lie in a better valley
         yield from _loosely(problem, [close.q], best)
         return
@@ -295,20 +317,27 @@ def _closer(problem: Problem, start: FloatArray, best: Progress) -> Iterator[Pro
 
 
 def _loosely(
-    problem: Problem, points: Iterable[FloatArray], best: Progress | None
-) -> Iterator[Progress]:
-    """As if the twin missed each test by some millivolts: what is better than `best`."""
+    problem: Problem, points: Iterable[FloatArray], best: Progress | None,
+    enough_V: float = MISSED_V,
+) -> Iterator[Progress]:  # fmt: skip
+    """As if the twin missed each test by some millivolts: what is better than `best`.
+
+    Until one is `_near`. Points whose values no cell has are left out.
+    """
     loose = of_a_model(problem)
     for start in points:
-        for other in _polished(loose, start):
-            if best is None or other.cost < best.cost:
-                yield (best := other)
-        if best is not None and _near(best):
+        with suppress(Infeasible):
+            for other in _polished(loose, start):
+                if best is None or other.cost < best.cost:
+                    yield (best := other)
+        if _near(best, enough_V):
             return
 
 
-def _near(best: Progress, most_V: float = MISSED_V) -> bool:
+def _near(best: Progress | None, most_V: float = MISSED_V) -> bool:
     """Each test is missed by less, as it is by default by what a twin may miss."""
+    if best is None:
+        return False
     tests = range(len(best.problem.tests))
     return max(best.problem.rms_V(best.q, k) for k in tests) < most_V
 
