@@ -13,6 +13,7 @@ from twin.calibrate.answer import Verdict, correlation_time
 from twin.calibrate.checks import Fitted, predicted, rms
 from twin.calibrate.objective import Problem
 from twin.calibrate.reference import ReferenceTest
+from twin.calibrate.resample import LOADED_V
 from twin.calibrate.run import (
     SEARCH,
     Calibration,
@@ -113,6 +114,25 @@ def test_a_held_out_test_is_predicted_from_the_others_alone() -> None:
     assert found.fitted[1].held_out_V is not None
     *_, (got,) = predicted(weighed, found.q, tests, [1])
     assert np.array_equal(got, found.fitted[1].held_out_V)
+
+
+def test_a_held_out_test_starts_as_it_rested_or_under_load_as_the_fit_has_it() -> None:
+    found = calibrated()[0]
+    tests = [_as_test(f) for f in found.fitted]
+    slow, fast = found.problem.tests
+    lower = found.q.copy()
+    place = [p.name for p in found.problem.parameters].index(f"start_V:{fast.name}")
+    lower[place] -= 0.5
+
+    def changed_V(problem: Problem) -> float:
+        (*_, (before,)), (*_, (after,)) = (
+            predicted(problem, q, tests, [1]) for q in (found.q, lower)
+        )
+        return float(np.abs(after - before).max())
+
+    assert changed_V(found.problem) == 0.0
+    loaded = replace(fast, start_sigma_V=LOADED_V)
+    assert changed_V(found.problem.of_other_tests([slow, loaded])) > 5e-3
 
 
 def test_an_earlier_fit_is_gone_on_from() -> None:

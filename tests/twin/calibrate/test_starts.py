@@ -8,9 +8,12 @@ import numpy.typing as npt
 import pytest
 
 from tests.twin.calibrate.synthetic import cell_pack, measured
-from twin.calibrate import starts
+from twin.calibrate import run, starts
+from twin.calibrate.cell_map import Infeasible
 from twin.calibrate.objective import Problem
-from twin.calibrate.run import fit, problem_of
+from twin.calibrate.run import fit, fit_from_everywhere, problem_of
+from twin.calibrate.settle import MISSED_V, Settled, least_squares
+from twin.calibrate.table import CalibrationError
 
 FloatArray = npt.NDArray[np.float64]
 ONLY = ("capacity_C", "series_resistance_ohm", "positive.diffusivity_m2_s")
@@ -50,3 +53,37 @@ def test_they_are_tried_where_the_windows_lead_to_a_twin_that_misses_much(
     monkeypatch.setattr(starts, "drawn", drawn)
     list(fit(problem(off_V)))
     assert len(asked) == (off_V > 0.0)
+
+
+def test_all_are_tried_for_the_likeliest_of_those_that_explain_the_tests(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    own, asked = problem(0.0), []
+
+    def drawn(_: Problem, q: FloatArray) -> Iterator[FloatArray]:
+        for point in (q, q + 0.5):
+            asked.append(point)
+            yield point
+
+    monkeypatch.setattr(starts, "drawn", drawn)
+    steps = list(fit_from_everywhere(own))
+    assert len(asked) == 2
+    *_, first = fit(own)
+    assert steps[-1].cost <= first.cost * (1 + 1e-6)
+
+
+def test_points_that_no_cell_has_are_left_out(monkeypatch: pytest.MonkeyPatch) -> None:
+    own = problem(0.0)
+    begin = starts.of_windows(own)
+
+    def unless_there(problem: Problem, q: FloatArray) -> Iterator[Settled]:
+        if np.array_equal(q, begin):
+            raise Infeasible("the positive window is empty", by=0.1)
+        yield from least_squares(problem, q)
+
+    monkeypatch.setattr(run, "least_squares", unless_there)
+    *_, last = fit(own)
+    assert last.rms_V < MISSED_V
+    monkeypatch.setattr(starts, "drawn", lambda *_: iter(()))
+    with pytest.raises(CalibrationError, match="no cell"):
+        list(fit(own))
