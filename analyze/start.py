@@ -72,6 +72,7 @@ def pack_use(
         ambient_K=ambient.value,
         heat_transfer_W_m2_K=transfer.value,
         heat_transfer_std_W_m2_K=file.environment.heat_transfer_std_W_m2_K if file else None,
+        standard_errors=file.standard_errors if file else {},
         effects=effects_of(file),
         mechanics=mechanics_of(file),
         origins={
@@ -96,6 +97,7 @@ def pack_of(use: PackUse, cell: Cell) -> Pack:
         initial_K=use.initial_K,
         heat_transfer_W_m2_K=use.heat_transfer_W_m2_K if use.cooling_known else None,
         heat_transfer_std_W_m2_K=use.heat_transfer_std_W_m2_K,
+        standard_errors=use.standard_errors,
         effects=use.effects,
         mechanics=use.mechanics,
     )

@@ -123,6 +123,7 @@ class Question:
                 },
                 "environment": {"ambient_c": self.ambient_K - ZERO_CELSIUS_K} | cooling,
                 "twin": {"physics": [e.id for e in pack.effects]},
+                "standard_errors": pack.standard_errors,
                 "effects": {e.id: asdict(e) for e in others},
             }
         )

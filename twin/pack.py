@@ -2,7 +2,7 @@
 
 from collections import Counter
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 import numpy.typing as npt
@@ -78,6 +78,8 @@ class Pack:
         heat_transfer_W_m2_K: to the air, where it is stated. The pack is warmed by its losses only
             with `SelfHeating`, which has a number of its own; this one is what to expect of it.
         heat_transfer_std_W_m2_K: its standard error, where that is stated.
+        standard_errors: effect -> number -> what reference tests of the cell leave open of it,
+            relative where it is searched by its logarithm: `twin.mismatch.tested`.
         effects: what acts beyond the isothermal P2D model.
         mechanics: elastic constants, for the effects that need them.
         moved: (name, difference) of the kernel's numbers from those of `cell`: another cell that
@@ -92,6 +94,7 @@ class Pack:
     initial_K: float = 298.15
     heat_transfer_W_m2_K: float | None = None
     heat_transfer_std_W_m2_K: float | None = None
+    standard_errors: Mapping[str, Mapping[str, float]] = field(default_factory=dict)
     effects: tuple[AnyEffect, ...] = ()
     mechanics: Mechanics = OKANE_2022
     moved: tuple[tuple[str, float], ...] = ()

@@ -11,7 +11,7 @@ from pydantic_core import ErrorDetails
 
 from twin.effects import AnyEffect, Mechanics, SelfHeating, WeakCell
 from twin.pack import PackError, check_weak
-from twin.pack_physics import PhysicsError
+from twin.pack_physics import PhysicsError, check_standard_errors
 from twin.pack_physics import effects_of as physics_of
 from twin.pack_physics import mechanics_of as constants_of
 
@@ -62,12 +62,16 @@ class TwinTable(_Table):
 
 
 class PackFile(_Table):
-    """A whole pack file; `[effects.<id>]` and `[mechanics]` as `pack_physics` takes them."""
+    """A whole pack file.
+
+    `[effects.<id>]`, `[standard_errors.<id>]` and `[mechanics]` as `pack_physics` takes them.
+    """
 
     pack: PackTable
     start: StartTable = StartTable()
     environment: EnvironmentTable = EnvironmentTable()
     twin: TwinTable = TwinTable()
+    standard_errors: dict[str, Any] = {}
     effects: dict[str, Any] = {}
     mechanics: dict[str, Any] = {}
 
@@ -81,6 +85,7 @@ def parse_pack_file(text: str, *, name: str) -> PackFile:
     try:
         file = PackFile.model_validate(document)
         mechanics_of(file)
+        check_standard_errors(file.standard_errors)
         weak = [e for e in effects_of(file) if isinstance(e, WeakCell)]
         check_weak(weak, file.pack.series)
     except ValidationError as e:

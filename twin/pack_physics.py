@@ -1,7 +1,9 @@
 """The physics a pack file asks for: which effects, and with which numbers."""
 
 from collections.abc import Callable, Collection, Mapping, Sequence
+from dataclasses import replace
 from difflib import get_close_matches
+from math import inf
 from typing import Any
 
 from twin.effects import EFFECTS, MEASURED, AnyEffect, Mechanics, SelfHeating, WeakCell
@@ -10,6 +12,7 @@ from twin.effects.effect import Parameter
 LISTABLE = EFFECTS | MEASURED
 PLACE = Parameter(name="cell", unit="1", value=0.0, lower=0.0, upper=1000.0, prior_std=1.0)
 """Of a weak cell; that the pack has so many is checked by `Pack`."""
+LEAST_ERROR = 1e-12  # standard errors are positive
 STRAINED = ("cracking", "active_material_loss", "stress_enhanced_diffusion")
 """Effects that the elastic constants act on."""
 
@@ -56,6 +59,15 @@ def mechanics_of(listed: Sequence[str], table: Mapping[str, Any]) -> Mechanics:
             f"mechanics has numbers, but twin.physics lists none of {', '.join(STRAINED)}"
         )
     return Mechanics(**_numbers("mechanics", Mechanics.parameters, table))
+
+
+def check_standard_errors(tables: Mapping[str, Any]) -> None:
+    """PhysicsError if `[standard_errors.<id>]` names what no effect has, or is no such number."""
+    for name, table in tables.items():
+        if name not in MEASURED:
+            raise _unknown("standard_errors", name, MEASURED)
+        errors = [replace(p, lower=LEAST_ERROR, upper=inf) for p in MEASURED[name].parameters]
+        _numbers(f"standard_errors.{name}", errors, table)
 
 
 def _built(name: str, given: Any, heat_transfer_W_m2_K: float) -> list[AnyEffect]:

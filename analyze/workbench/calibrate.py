@@ -39,6 +39,7 @@ from twin.calibrate.search import Journal, SearchError
 from twin.calibrate.table import CalibrationError, read_test
 from twin.calibrate.unlike import part
 from twin.load import Between
+from twin.mismatch.tested import by_calibration
 from twin.pack import Pack
 
 LEAST_SQUARES = MOST_STEPS, "steps"
@@ -258,6 +259,9 @@ def _concluded(  # noqa: PLR0913
         while found.missing and not stop():
             tell(total - len(found.missing), found.missing[0])
             found = next(steps)
+        if not found.missing:
+            tell(total, "what the tests say of effects")
+            frame = replace(frame, standard_errors=by_calibration(found, tests))
     write_fit(request.files, found, frame, journal)
     return found
 

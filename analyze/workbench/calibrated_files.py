@@ -1,6 +1,6 @@
 """The files of a calibration, side by side; each appears whole or not at all."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 
 from analyze.version import version
@@ -11,6 +11,7 @@ from twin.calibrate.out import cell_text, fit_text, pack_text
 from twin.calibrate.run import Calibration
 from twin.calibrate.search import Journal
 from twin.calibrate.unlike import Unlike
+from twin.mismatch.tested import Tested
 from twin.pack import Pack
 from twin.pack_file import PackFile
 from twin.whole_file import write_whole
@@ -63,6 +64,7 @@ class Frame:
         seed: of the search.
         doubts: of the pack's cell.
         unlike: the cells beside it, where their voltages were measured.
+        standard_errors: of effects' numbers by the tests, once they are known.
     """
 
     pack: Pack
@@ -71,6 +73,7 @@ class Frame:
     seed: int
     doubts: tuple[str, ...]
     unlike: Unlike | None = None
+    standard_errors: Tested = field(default_factory=dict)
 
 
 def in_the_way(files: Files) -> Path | None:
@@ -86,7 +89,14 @@ def write_fit(files: Files, found: Calibration, frame: Frame, journal: Journal) 
     write_whole(files.fit, fit_text(found, {"cells": cells_document(unlike)} if unlike else None))
     write_whole(files.cell, cell_text(found))
     weak = unlike.weak if unlike else ()
-    text = pack_text(found, frame.pack, frame.file, cell=files.cell.name, weak=weak)
+    text = pack_text(
+        found,
+        frame.pack,
+        frame.file,
+        cell=files.cell.name,
+        weak=weak,
+        standard_errors=frame.standard_errors,
+    )
     write_whole(files.pack, text)
     keep_search(files, journal)
 

@@ -33,6 +33,7 @@ from twin.cell import Cell
 from twin.constants import ZERO_CELSIUS_K
 from twin.effects import SelfHeating, SeriesResistance
 from twin.load import Between, Load
+from twin.mismatch.tested import Tested, by_tests
 from twin.pack import Pack
 from twin.simulate import simulate
 from twin.solution import Solution, Status
@@ -127,7 +128,9 @@ def base_of(given: Given, cache: Path) -> Base:
 
     With or without tests faster than the trial (`without_faster`): what states the least error.
     """
-    return min((_kept(g, cache) for g in (given, *without_faster(given))), key=lambda b: b.error_V)
+    ways = [(_kept(g, cache), g) for g in (given, *without_faster(given))]
+    base, own = min(ways, key=lambda way: way[0].error_V)
+    return replace(base, pack=replace(base.pack, standard_errors=_tested(own, base, cache)))
 
 
 def without_faster(given: Given) -> Iterator[Given]:
@@ -151,7 +154,7 @@ def without_faster(given: Given) -> Iterator[Given]:
 
 
 def _kept(given: Given, cache: Path) -> Base:
-    place = cache / f"base-{_key(given)}"
+    place = _place(given, cache)
     if not (place / "base.json").exists():
         place.mkdir(parents=True, exist_ok=True)
         _calibrate(given, place)
@@ -220,6 +223,27 @@ def _calibrate(given: Given, place: Path) -> None:
         "fitted_V": {f.name: float(f.rms_V) for f in fitted(best.problem, best.q, tests)},
     }
     write_whole(place / "base.json", json.dumps(told, indent=1) + "\n")
+
+
+def _tested(given: Given, base: Base, cache: Path) -> Tested:
+    """What the tests that a base was fitted to say of effects of its make; kept beside it."""
+    file = _place(given, cache) / "tested.json"
+    if not file.exists():
+        write_whole(file, json.dumps(_by_tests(given, base), indent=1) + "\n")
+    found: Tested = json.loads(file.read_text())
+    return found
+
+
+def _by_tests(given: Given, base: Base) -> Tested:
+    pack = base.heated() if base.heat_transfer_W_m2_K else base.pack
+
+    def started(test: RealTest, own: ReferenceTest) -> Pack:
+        soc = start_soc(pack.cell, test, base.full_soc)
+        return replace(pack, initial_soc=soc, initial_K=own.ambient_K)
+
+    both = _as_fitted(given, ROOM_K)
+    own = [(reference, started(test, reference)) for test, reference in both]
+    return by_tests(own, base.error_V, only=given.only)
 
 
 def nearest(given: Given, tests: Sequence[ReferenceTest]) -> tuple[int, ...]:
@@ -308,9 +332,15 @@ def _to_fit(given: Given) -> tuple[Pack, list[ReferenceTest]]:
     starts_K = [float(t.temperature_K[0]) for t in parts if t.temperature_K is not None]
     if starts_K:
         pack = cooled(replace(pack, initial_K=float(np.mean(starts_K))), (*parts, *given.unseen))
+    return pack, [own for _, own in _as_fitted(given, pack.initial_K)]
+
+
+def _as_fitted(given: Given, otherwise_K: float) -> list[tuple[RealTest, ReferenceTest]]:
+    """Each test, or part of one, and how a calibration has it."""
+    parts = [part for t in given.tests for part in recorded_parts(t)]
     ways = [*((t, Between.HOLD) for t in parts), *((t, Between.LINEAR) for t in given.driven)]
-    return pack, [
-        t.reference(ambient_K=t.start_K(pack.initial_K), between=between) for t, between in ways
+    return [
+        (t, t.reference(ambient_K=t.start_K(otherwise_K), between=between)) for t, between in ways
     ]
 
 
@@ -342,6 +372,11 @@ def cooled(pack: Pack, tests: Sequence[RealTest]) -> Pack:
 
     best = minimize_scalar(misfit_K, bounds=(low, high), method="bounded", options={"xatol": 0.05})
     return heated_by(test, float(best.x))[0]
+
+
+def _place(given: Given, cache: Path) -> Path:
+    """Folder of what is kept of it."""
+    return cache / f"base-{_key(given)}"
 
 
 def _key(given: Given) -> str:

@@ -32,6 +32,8 @@ FILE = parse_pack_file(
     heat_transfer_std_W_m2_K = 4.0
     [twin]
     physics = []
+    [standard_errors.solid_diffusion_positive]
+    diffusivity_factor = 0.1
     """,
     name="pack.toml",
 )
@@ -64,6 +66,7 @@ def test_the_pack_file_wins_over_the_log_and_every_key_of_it_counts() -> None:
     assert (pack.initial_soc, pack.initial_K) == (0.7, 283.15)
     assert (use.ambient_K, use.heat_transfer_W_m2_K) == (278.15, 20.0)
     assert pack.heat_transfer_std_W_m2_K == 4.0
+    assert pack.standard_errors == {"solid_diffusion_positive": {"diffusivity_factor": 0.1}}
     assert pack.heat_transfer_W_m2_K == 20.0  # what is to be expected of a heating not switched on
     assert pack.effects == ()
     assert use.calibrated

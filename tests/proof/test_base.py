@@ -11,6 +11,7 @@ from proof.recorded.measured import RealTest
 from twin.builtin import load_cell
 from twin.effects import SelfHeating
 from twin.load import Load
+from twin.mismatch.tested import Tested
 from twin.pack import Pack
 from twin.simulate import simulate
 
@@ -104,10 +105,17 @@ def test_the_base_is_what_states_the_least_error(monkeypatch: pytest.MonkeyPatch
             errors_V={"own": least if len(g.tests) == 2 else 0.02, "other": 0.01},
         )  # fmt: skip
 
+    def tested(g: Given, base: Base, cache: Path) -> Tested:  # noqa: ARG001
+        return {"reaction_kinetics": {"negative_factor": float(len(g.tests))}}
+
     monkeypatch.setattr("proof.recorded.base._kept", kept)
+    monkeypatch.setattr("proof.recorded.base._tested", tested)
     g = given(map(discharge, (0.1, 1.0, 2.0)), 1.0)
     for least in (0.015, 0.03):
-        assert base_of(g, Path()).error_V == min(least, 0.02)
+        base = base_of(g, Path())
+        assert base.error_V == min(least, 0.02)
+        (told,) = base.pack.standard_errors["reaction_kinetics"].values()
+        assert told == (2.0 if least < 0.02 else 3.0)  # of the same one
 
 
 def test_the_cooling_is_that_of_the_fastest_test_that_the_pack_follows_to_its_end() -> None:

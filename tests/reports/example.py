@@ -206,6 +206,7 @@ def pack() -> PackUse:
         ambient_K=298.15,
         heat_transfer_W_m2_K=12.0,
         heat_transfer_std_W_m2_K=None,
+        standard_errors={},
         effects=(SelfHeating(),),
         mechanics=Mechanics(),
         origins={"capacity_C": "parameter in the log", "initial_soc": "from the voltage at rest"},

@@ -160,6 +160,18 @@ WEAK = PACK + listing("weak_cell") + "[effects.weak_cell]\n"
             + "[effects.stress_enhanced_diffusion]\na = 1",
             "unknown key effects.stress_enhanced_diffusion.a: it has no numbers",
         ),
+        (
+            PACK + "[standard_errors.solid_difusion_positive]\ndiffusivity_factor = 0.1",
+            "did you mean standard_errors.solid_diffusion_positive?",
+        ),
+        (
+            PACK + "[standard_errors.solid_diffusion_positive]\ndiffusivity = 0.1",
+            "did you mean standard_errors.solid_diffusion_positive.diffusivity_factor?",
+        ),
+        (
+            PACK + "[standard_errors.solid_diffusion_positive]\ndiffusivity_factor = -0.1",
+            "diffusivity_factor = -0.1: expected a number from 1e-12 to inf",
+        ),
     ],
 )
 def test_physics_that_cannot_be_is_refused_by_key(text: str, said: str) -> None:

@@ -74,12 +74,13 @@ def cell_text(found: Calibration) -> str:
     return write_bpx(calibrated_cell(found), description=description)
 
 
-def pack_text(
-    found: Calibration, pack: Pack, file: PackFile, *, cell: str, weak: Sequence[WeakCell] = ()
-) -> str:
+def pack_text(  # noqa: PLR0913
+    found: Calibration, pack: Pack, file: PackFile, *, cell: str, weak: Sequence[WeakCell] = (),
+    standard_errors: Mapping[str, Mapping[str, float]] | None = None,
+) -> str:  # fmt: skip
     """The pack file of `pack` with the calibrated cell in the file `cell` beside it.
 
-    `weak` are the cells that differ from it.
+    `weak` are the cells that differ from it; `standard_errors` as in `Pack`.
     """
     content = file.model_dump(exclude_none=True)
     capacity_C = found.problem.values_by_name(found.q)["capacity_C"] * pack.parallel
@@ -95,7 +96,7 @@ def pack_text(
     if weak:
         content["twin"]["physics"].append(WeakCell.id)
         content["effects"][WeakCell.id] = [asdict(w) for w in weak]
-    return toml_text(content)
+    return toml_text(content | {"standard_errors": standard_errors or {}})
 
 
 def toml_text(content: Mapping[str, Any], above: str = "") -> str:

@@ -7,7 +7,7 @@ from twin.cell import Cell
 from twin.effects.effect import Numbers, Parameter
 from twin.windows import Windows
 
-LOST = Parameter(name="lost", unit="1", value=0.0, lower=-0.1, upper=0.6, prior_std=0.1)
+LOST = Parameter(name="lost", unit="1", value=0.0, lower=0.0, upper=0.6, prior_std=0.1)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -19,7 +19,7 @@ class LithiumInventoryLoss:
 
     id: ClassVar[str] = "lithium_inventory_loss"
     parameters: ClassVar[tuple[Parameter, ...]] = (
-        Parameter(name="lost", unit="1", value=0.0, lower=-0.1, upper=0.5, prior_std=0.08),
+        Parameter(name="lost", unit="1", value=0.0, lower=0.0, upper=0.5, prior_std=0.08),
     )
     balance: ClassVar[str] = "lithium in both electrodes at the start"
     equation: ClassVar[str] = (

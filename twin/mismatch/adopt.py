@@ -12,6 +12,8 @@ from twin.pack_file import PackFile, effects_of
 def adopted_text(finding: Finding, file: PackFile, *, cell: str) -> str:
     """The text of `file` with the named effects at their best; its cell is `cell`.
 
+    What tests said of a number that is adopted was of another value: it goes.
+
     Raises:
         MismatchError: nothing was named.
     """
@@ -30,6 +32,7 @@ def adopted_text(finding: Finding, file: PackFile, *, cell: str) -> str:
 
 def _switch_on(content: dict[str, Any], effect: NamedEffect) -> None:
     numbers = {v.name: v.value for v in effect.parameters}
+    content["standard_errors"].pop(effect.pack_id, None)
     if effect.pack_id == SelfHeating.id:
         content["environment"] = content["environment"] | numbers
         return

@@ -21,9 +21,6 @@ from twin.mismatch.problem import Problem
 
 FloatArray = npt.NDArray[np.float64]
 
-PRIOR = 0.02
-"""Of an effect, before anything is seen; of the controls, that nothing is left out, 1 / (1 + 20 x)
-of it remains when twenty of them are looked for."""
 MOST_EFFECTS = 3
 TRIED = 6
 """Larger combinations of each size that are fitted: those that the linearised twin, about each of
@@ -223,7 +220,8 @@ class _Looked:
         squares = [_squares(f) for f in self.done.values()]
         gained = _squares(promise.base) - promise.left
         least = promise.left - (BENT if promise.base.ids else BENT_ALONE) * gained
-        worth = least < min(squares) + SLACK * self._scale and gained > -2.0 * np.log(PRIOR)
+        needed = -2.0 * np.log(promise.more.before(promise.base.problem.flights[0].pack))
+        worth = least < min(squares) + SLACK * self._scale and gained > needed
         noise = float(promise.base.there.residuals.size)
         said = least < NOISY * noise + NEARLY_ALL * (max(squares) - noise)
         return worth and (said or not choosy)
@@ -241,7 +239,7 @@ def judged(fits: Iterable[Fitted]) -> tuple[Model, ...]:
     """
     whole = list(fits)
     scale = scale_of(whole)
-    logs = np.array([f.log_evidence(scale) + len(f.ids) * np.log(PRIOR) for f in whole])
+    logs = np.array([f.log_evidence(scale) + f.log_before for f in whole])
     if whole[0].problem.heavy_tailed:
         logs = bagged(logs, map(np.array, zip(*(f.by_stretch(scale) for f in whole), strict=True)))
     share = np.exp(logs - logs.max())

@@ -8,6 +8,7 @@ held-out ones given the fit: numbers that only fit are paid for, numbers that pr
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from math import log
 from types import MappingProxyType
 
 import numpy as np
@@ -80,6 +81,12 @@ class Fitted:
     def ids(self) -> tuple[str, ...]:
         """Of the hypotheses, sorted: what is in does not depend on the order."""
         return tuple(sorted(h.id for h in self.problem.hypotheses))
+
+    @property
+    def log_before(self) -> float:
+        """Logarithm of the probability of these effects before anything is seen."""
+        pack = self.problem.flights[0].pack
+        return sum(log(h.before(pack)) for h in self.problem.hypotheses)
 
     @property
     def excess(self) -> float:

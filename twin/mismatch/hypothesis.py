@@ -19,6 +19,12 @@ from twin.pack import Pack
 STATED = log(1.2)
 """Of a stated heat transfer, at least: calibrations of one cell to several choices of its tests
 scatter by 4 to 10 % in four cells (`proof.recorded.base`)."""
+PRIOR = 0.02
+"""Of an effect, before anything is seen; of the controls, that nothing is left out, 1 / (1 + 20 x)
+of it remains when twenty of them are looked for."""
+LOSSES_HEAT = 0.5
+"""The same of heating by losses, in a twin that has none though its pack states how it cools: the
+losses are there, and only their heat may be too little to be seen."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -52,11 +58,17 @@ class Hypothesis:
         """The pack can have it: of one cell in series none is weaker than the others."""
         return self.kind is not WeakCell or pack.series > 1
 
+    def before(self, pack: Pack) -> float:
+        """Probability that it is left out of `pack`, before anything is seen."""
+        stated = pack.heat_transfer_W_m2_K is not None and self.present(pack) is None
+        return LOSSES_HEAT if self.kind is SelfHeating and stated else PRIOR
+
     def priors(self, pack: Pack) -> tuple[Parameter, ...]:
         """`fitted`, `value` being the centre: that of the pack, else nothing or what is usual.
 
         Cooling that the pack states is known within its error, or STATED if that is more, though
-        its losses do not heat it yet.
+        its losses do not heat it yet. What reference tests say of a number is known as well as
+        they say it.
         """
         own, stated = self.present(pack), pack.heat_transfer_W_m2_K
         if self.kind is SelfHeating and own is None and stated is not None:
@@ -65,8 +77,13 @@ class Hypothesis:
             error = (pack.heat_transfer_std_W_m2_K or 0.0) / value
             return (replace(p, value=value, prior_std=min(max(error, STATED), p.prior_std)),)
         values = [p.value if own is None else getattr(own, p.name) for p in self.parameters]
+        by_tests = pack.standard_errors.get(self.id, {})
         return tuple(
-            replace(p, value=max(value, p.lower) if p.logarithmic else value)
+            replace(
+                p,
+                value=max(value, p.lower) if p.logarithmic else value,
+                prior_std=min(by_tests.get(p.name, p.prior_std), p.prior_std),
+            )
             for p, value in zip(self.parameters, values, strict=True)
         )
 
@@ -143,7 +160,8 @@ def _plain(kind: type[AnyEffect]) -> Hypothesis:
     if kind.id in OF_CHARGE:
         (p,) = kind.parameters
         sides = SIDES[:2] if kind is InitialSoc else SIDES  # most packs start near full
-        starts = (own, *((value_of(p, side),) for side in sides))
+        ways = [value_of(p, side) for side in sides]
+        starts = (own, *((value,) for value in ways if p.lower <= value <= p.upper))
     return Hypothesis(id=kind.id, kind=kind, fitted=fitted, starts=starts)
 
 

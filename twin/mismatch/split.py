@@ -86,6 +86,11 @@ def noise_of(flight: Flight, slow_V: float | None) -> Noise:
     )
 
 
+def whitened(flight: Flight, slow_V: float | None) -> tuple[Flight, Whitener]:
+    """A recording with what is chance in it, by the twin as configured."""
+    return flight, _whitener(flight, noise_of(flight, slow_V))
+
+
 def _whitener(flight: Flight, noise: Noise) -> Whitener:
     return whitener(flight.time_s, flight.judged, noise, flight.load.current_A)
 

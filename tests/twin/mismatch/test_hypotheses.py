@@ -20,6 +20,7 @@ from twin.effects import (
     LithiumInventoryLoss,
     Plating,
     ReactionKinetics,
+    SelfHeating,
     SensorLag,
     SolidDiffusionPositive,
     VoltageGain,
@@ -77,6 +78,16 @@ def test_self_heating_is_expected_to_cool_as_the_pack_states() -> None:
     assert h.priors(hardly)[0].prior_std == usual.prior_std
     sure = replace(known, heat_transfer_std_W_m2_K=0.1)
     assert h.priors(sure)[0].prior_std == stated.prior_std
+
+
+def test_heating_is_likely_beforehand_where_a_pack_states_how_it_cools_and_does_not_heat() -> None:
+    h = next(h for h in HYPOTHESES if h.id == "self_heating")
+    stated = replace(pack(), heat_transfer_W_m2_K=30.0)
+    heated = replace(stated, effects=(SelfHeating(heat_transfer_W_m2_K=30.0),))
+    assert h.before(stated) > 10 * h.before(pack())
+    assert h.before(heated) == h.before(pack())
+    others = [other for other in HYPOTHESES if other is not h]
+    assert {other.before(stated) for other in others} == {h.before(pack())}
 
 
 def test_an_effect_that_a_pack_has_is_changed_not_added() -> None:
