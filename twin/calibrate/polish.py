@@ -73,10 +73,11 @@ def polish(
     residuals, slopes = problem.linearised(q)
     cost = 0.5 * float(residuals @ residuals)
     damping, grow = first_damping * float((slopes**2).sum(axis=0).max()), 2.0
+    factor = _triangular(slopes, residuals)
     yield Polished(q, cost, 0)
     for step in range(1, most_steps + 1):
-        change = _step(residuals, slopes, damping, (low - q, high - q))
-        expected = cost - 0.5 * float(np.sum((residuals + slopes @ change) ** 2))
+        change = _step(factor, damping, (low - q, high - q))
+        expected = cost - 0.5 * float(np.sum((factor @ np.append(change, 1.0)) ** 2))
         trial = np.clip(q + change, low, high)
         trial_cost = problem.cost(trial)
         gain = cost - trial_cost
@@ -93,16 +94,19 @@ def polish(
         damping *= max(1 / 3, 1 - (2 * gain / expected - 1) ** 3)
         grow = 2.0
         yield Polished(q, cost, step)
-        residuals, slopes = problem.linearised(q)
+        factor = _triangular(*problem.linearised(q)[::-1])
 
 
-def _step(
-    residuals: FloatArray, slopes: FloatArray, damping: float, bounds: tuple[FloatArray, FloatArray]
-) -> FloatArray:
+def _triangular(slopes: FloatArray, residuals: FloatArray) -> FloatArray:
+    """(m, k + 1), m = k + 1 at most: what has the same normal equations as [slopes, residuals]."""
+    return np.asarray(np.linalg.qr(np.column_stack([slopes, residuals]), mode="r"))
+
+
+def _step(factor: FloatArray, damping: float, bounds: tuple[FloatArray, FloatArray]) -> FloatArray:
     """(k,) least squares of the linearised problem with `damping`, within `bounds`."""
-    k = slopes.shape[1]
-    whole = np.vstack([slopes, np.sqrt(damping) * np.eye(k)])
-    return bounded(whole, np.append(residuals, np.zeros(k)), bounds)
+    k = factor.shape[1] - 1
+    whole = np.vstack([factor[:, :k], np.sqrt(damping) * np.eye(k)])
+    return bounded(whole, np.append(factor[:, k], np.zeros(k)), bounds)
 
 
 def bounded(
@@ -111,8 +115,7 @@ def bounded(
     """(k,) x within `bounds` that makes |residuals + slopes @ x| least; slopes (n, k), n >= k."""
     out, moving = np.zeros(slopes.shape[1]), bounds[1] > bounds[0]
     k = int(moving.sum())
-    # the triangular factor has the same normal equations and is small
-    factor = np.linalg.qr(np.column_stack([slopes[:, moving], -residuals])).R
+    factor = _triangular(slopes[:, moving], -residuals)
     lower, upper = bounds[0][moving], bounds[1][moving]
     out[moving] = lsq_linear(factor[:k, :k], factor[:k, k], bounds=(lower, upper)).x
     return out

@@ -11,6 +11,7 @@ from twin.effects import SelfHeating
 from twin.mismatch.choose import Model
 from twin.mismatch.decide import decide
 from twin.mismatch.finding import Verdict
+from twin.mismatch.hypothesis import PRIOR
 
 
 @dataclass
@@ -31,6 +32,10 @@ class Fit:
             flights=[SimpleNamespace(pack=SimpleNamespace(series=1))], own_V=0.018
         )
     )
+
+    @property
+    def log_before(self) -> float:
+        return len(self.ids) * np.log(PRIOR)
 
     def covariance(self, scale: float) -> Any:
         return scale * np.eye(self.q.size)
