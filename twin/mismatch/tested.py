@@ -89,7 +89,7 @@ def by_calibration(found: Calibration, tests: Sequence[ReferenceTest]) -> Tested
         soc = found.problem.mapped(found.q, place).numbers["initial_soc"]
         return replace(pack, initial_soc=min(soc, 1.0), initial_K=tests[place].ambient_K)
 
-    fitted = [p.name for p in found.problem.parameters]
+    fitted = set(found.answer.names) - set(found.answer.held)
     both = [(test, started(k)) for k, test in enumerate(tests)]
     return by_tests(both, error_V, only=fitted)
 
