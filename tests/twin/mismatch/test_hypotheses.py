@@ -90,6 +90,15 @@ def test_heating_is_likely_beforehand_where_a_pack_states_how_it_cools_and_does_
     assert {other.before(stated) for other in others} == {h.before(pack())}
 
 
+@pytest.mark.parametrize("name", ["lithium_inventory_loss", "active_material_loss_negative"])
+def test_ageing_only_loses(name: str) -> None:
+    h = next(h for h in HYPOTHESES if h.id == name)
+    ((least, _),) = h.bounds(pack())
+    assert least == 0.0
+    assert len(h.begins(pack())) > 1
+    assert all(value >= 0.0 for (value,) in h.begins(pack()))
+
+
 def test_an_effect_that_a_pack_has_is_changed_not_added() -> None:
     h = next(h for h in HYPOTHESES if h.id == "current_gain")
     twice = h.within(h.within(pack(), [1.1]), [1.2])

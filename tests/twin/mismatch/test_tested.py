@@ -8,6 +8,7 @@ import pytest
 
 from tests.twin.calibrate.synthetic import NOISE_V, Stage, cell_pack, load_of
 from tests.twin.mismatch.recordings import flown, pack
+from twin.calibrate.out import pack_text
 from twin.calibrate.reference import ReferenceTest
 from twin.calibrate.run import conclude, fit, problem_of
 from twin.effects import ColdPack
@@ -17,6 +18,7 @@ from twin.mismatch.fit import Data
 from twin.mismatch.fit import fit as fitted_to
 from twin.mismatch.split import whitened
 from twin.mismatch.tested import OF_THE_MAKE, by_calibration, by_tests
+from twin.pack_file import parse_pack_file
 from twin.simulate import simulate
 
 SLOW: tuple[Stage, ...] = ((0.0, 60.0, 10.0), (0.1, 7200.0, 60.0))
@@ -102,5 +104,9 @@ def test_a_calibration_says_what_its_tests_tell() -> None:
     for effect, numbers in got.items():
         for name, std in numbers.items():
             assert std == pytest.approx(both[effect][name], rel=0.2)  # by other rates
+    named = '[pack]\nname = "mine"\ncell = "lipo_2200"\nseries = 1\n'
+    before = parse_pack_file(named, name="pack.toml")
+    written = pack_text(found, own, before, cell="cell.bpx.json", standard_errors=got)
+    assert parse_pack_file(written, name="new.toml").standard_errors == got
     ended = [replace(f, simulated_V=np.full_like(f.measured_V, np.nan)) for f in found.fitted]
     assert not by_calibration(replace(found, fitted=tuple(ended)), tests)
