@@ -13,7 +13,7 @@ import numpy.typing as npt
 from scipy.linalg import solve_triangular
 
 from twin.mismatch.flight import BoolArray, Flight, FloatArray
-from twin.mismatch.noise import step_V, white_V
+from twin.mismatch.noise import beginnings, means_from, step_V, white_V
 from twin.solution import Solution
 
 THERMOMETER_K = 3.0
@@ -52,8 +52,7 @@ class Whitening:
 
     def __call__(self, columns: FloatArray) -> FloatArray:
         """(k, c) of (n, c)."""
-        counts = np.diff(np.append(self.first, self.at.size))
-        means = np.add.reduceat(columns[self.at], self.first, axis=0) / counts[:, None]
+        means = means_from(columns[self.at], self.first)
         return np.asarray(solve_triangular(self.lower, means, lower=True))
 
 
@@ -124,9 +123,8 @@ def whitening(
     """`white` of each mean; size and time of the `slow` part."""
     at: npt.NDArray[np.int64] = np.flatnonzero(counted)
     t = time_s[at] - time_s[at[0]]
-    period = (t // max(PERIOD_S, float(t[-1]) / MOST_MEANS)).astype(int)
-    first = np.unique(period, return_index=True)[1]
-    middle_s = np.add.reduceat(t, first) / np.diff(np.append(first, at.size))
+    first = beginnings(t, max(PERIOD_S, float(t[-1]) / MOST_MEANS))
+    middle_s = means_from(t, first)
     size, memory_s = slow
     apart_s = np.abs(middle_s[:, None] - middle_s)
     covariance = size**2 * np.exp(-apart_s / memory_s) + white**2 * np.eye(first.size)

@@ -39,6 +39,7 @@ class Noise:
         slow_s: time over which that forgets.
         along_V: of that in proportion to the current, where it is as large as its rms.
         heavy_tailed: the twin errs by far more in a few samples than in all others, see `tamed`.
+        together_s: samples over so long are taken as one, their mean; 0: each by itself.
     """
 
     white_V: float
@@ -46,6 +47,7 @@ class Noise:
     slow_s: float
     along_V: float = 0.0
     heavy_tailed: bool = False
+    together_s: float = 0.0
 
     @property
     def own_V(self) -> float:
@@ -101,28 +103,35 @@ def step_V(voltage_V: FloatArray) -> float:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Whitener:
-    """Filters columns over the judged samples of one recording.
+    """Filters columns over the judged samples of one recording, or means of them.
 
     Attributes:
-        samples: (m,) which samples of the recording these are.
-        noise: what is expected.
+        at: (j,) which samples of the recording are judged.
+        first: (m,) where in `at` each mean begins.
+        noise: what is expected of a sample.
         bands: (4, 3 m) of the filter, see `_bands`.
-        deviation_V: (m,) of each sample, by those before it.
+        deviation_V: (m,) of each mean, by those before it.
     """
 
-    samples: npt.NDArray[np.int64]
+    at: npt.NDArray[np.int64]
+    first: npt.NDArray[np.int64]
     noise: Noise
     bands: FloatArray
     deviation_V: FloatArray
+
+    @property
+    def samples(self) -> npt.NDArray[np.int64]:
+        """(m,) of each mean the first."""
+        return self.at[self.first]
 
     def __call__(self, columns: FloatArray) -> FloatArray:
         """(m, 1 + k) whitened, of residuals and k derivatives (n, 1 + k): the judged samples.
 
         Where the noise is heavy-tailed, `tamed`.
         """
-        x = columns[self.samples]
-        if not x.size:
-            return x
+        if not self.at.size:
+            return columns[self.at]
+        x = means_from(columns[self.at], self.first)
         given = np.zeros((3 * x.shape[0], x.shape[1]))
         given[2::3] = x
         innovations = solve_banded((3, 0), self.bands, given)[2::3]
@@ -134,27 +143,51 @@ def whitener(
     time_s: FloatArray, judged: BoolArray, noise: Noise, current_A: FloatArray | None = None
 ) -> Whitener:
     """For one recording; `current_A` (n,) where part of the error follows it."""
-    samples = np.flatnonzero(judged)
-    keep = np.exp(-np.diff(time_s[samples]) / noise.slow_s)
-    drive = np.zeros(samples.size) if current_A is None else current_A[samples]
+    at = np.flatnonzero(judged)
+    first = _beginnings(time_s[at], noise.together_s)
+    keep = np.exp(-np.diff(time_s[at][first]) / noise.slow_s)
+    drive = np.zeros(first.size)
+    if current_A is not None and at.size:
+        drive = means_from(current_A[at], first)
     drive = drive * sqrt(drive.size) / max(float(np.linalg.norm(drive)), np.finfo(float).tiny)
-    gains, deviation_V = _gains(keep, drive, noise)
-    return Whitener(samples, noise, _bands(keep, drive, gains), deviation_V)
+    white = noise.white_V**2 / np.diff(np.append(first, at.size))
+    gains, deviation_V = _gains(keep, drive, white, noise)
+    return Whitener(at, first, noise, _bands(keep, drive, gains), deviation_V)
 
 
-def _gains(keep: FloatArray, drive: FloatArray, noise: Noise) -> tuple[FloatArray, FloatArray]:
+def _beginnings(time_s: FloatArray, together_s: float) -> npt.NDArray[np.int64]:
+    """(m,) first of the samples that are taken together; each by itself where they are few."""
+    if time_s.size < 2 or 2 * float(np.median(np.diff(time_s))) > together_s:
+        return np.arange(time_s.size)
+    return beginnings(time_s, together_s)
+
+
+def beginnings(time_s: FloatArray, together_s: float) -> npt.NDArray[np.int64]:
+    """(m,) first of the samples (n,) of each period so long that has any."""
+    return np.unique((time_s - time_s[0]) // together_s, return_index=True)[1]
+
+
+def means_from(values: FloatArray, first: npt.NDArray[np.int64]) -> FloatArray:
+    """Means of the rows from each of `first` (m,) to the next."""
+    counts = np.diff(np.append(first, values.shape[0])).reshape(-1, *[1] * (values.ndim - 1))
+    return np.asarray(np.add.reduceat(values, first, axis=0) / counts)
+
+
+def _gains(
+    keep: FloatArray, drive: FloatArray, white: FloatArray, noise: Noise
+) -> tuple[FloatArray, FloatArray]:
     """(m, 2) of the two parts by an innovation, and its deviation (m,): Riccati's recursion.
 
     a, b, c: variances of the slow part, of both together and of the one along the current, before a
-    sample is seen; each returns to what it is when nothing is known.
+    sample is seen; each returns to what it is when nothing is known. `white` (m,): of each sample.
     """
-    a0, c0, white = noise.slow_V**2, noise.along_V**2, noise.white_V**2
+    a0, c0 = noise.slow_V**2, noise.along_V**2
     a, b, c = a0, 0.0, c0
     gains, variance = np.empty((drive.size, 2)), np.empty(drive.size)
     kept2 = [*(keep**2).tolist(), 0.0]
-    for k, h in enumerate(drive.tolist()):
+    for k, (h, w) in enumerate(zip(drive.tolist(), white.tolist(), strict=True)):
         slow, along = a + h * b, b + h * c
-        whole = slow + h * along + white
+        whole = slow + h * along + w
         variance[k] = whole
         gains[k] = slow / whole, along / whole
         k2 = kept2[k]

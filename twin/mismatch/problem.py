@@ -174,8 +174,8 @@ class Problem:
         return [self._whiteners[flight], *(c.whiten for c in self._channels[flight])]
 
     def judged(self, flight: int) -> npt.NDArray[np.int64]:
-        """(m,) which samples count."""
-        return self._whiteners[flight].samples
+        """(j,) which samples count."""
+        return self._whiteners[flight].at
 
     @property
     def heavy_tailed(self) -> bool:

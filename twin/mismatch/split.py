@@ -20,6 +20,12 @@ follow the charge: in slow discharges of two cells it fell to 1/e in 195 to 1080
 ALONG = 0.5
 """Of its squares, the share that follows the current. In drive cycles of two cells 0.2 to 0.4 of
 the squares changed within 20 s, as the current does, in steady discharges 0.02 to 0.04."""
+TOGETHER_S = 1.0
+"""Where an error of the twin is stated, samples over so long count as their mean. Levels tell
+little then and changes from sample to sample nearly all, and these are for a good part the noise of
+the recorded current: a twin that answers to it less, a colder one with its Tafel kinetics, would
+look better. Of a pack 8 K too cold at 10 Hz, nothing else, 20 mV stated: -8.5 to -9.1 K and 17 to
+39 mV left held out by samples, -8.1 to -8.2 K and 4 to 6 mV by means."""
 BLOCKS = 6  # of a single recording; the even ones are held out
 GAP_S = 5.0  # between blocks, longer than what is remembered in the fast part of a residual
 SHARPER = 0.9  # of the noise that was thought
@@ -83,6 +89,7 @@ def noise_of(flight: Flight, slow_V: float | None) -> Noise:
         slow_s=SLOW_S if slow_V is None else STATED_S,
         along_V=0.0 if slow_V is None else slow_V * sqrt(ALONG),
         heavy_tailed=slow_V is not None,
+        together_s=0.0 if slow_V is None else TOGETHER_S,
     )
 
 

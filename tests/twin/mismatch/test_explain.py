@@ -13,6 +13,7 @@ import pytest
 from tests.twin.mismatch.recordings import NOISE_V, flown, pack
 from twin.builtin import load_cell
 from twin.effects import (
+    ColdPack,
     CurrentGain,
     InitialSoc,
     SelfHeating,
@@ -201,6 +202,18 @@ def test_samples_far_off_move_a_fit_little_where_an_error_of_the_twin_is_stated(
     assert found[1] == pytest.approx(found[0], rel=0.2)
 
 
+@pytest.mark.parametrize("offset_K", [-8.0, 8.0])
+def test_noise_of_the_current_is_no_temperature_where_an_error_is_stated(offset_K: float) -> None:
+    """A twin that answers to it less would look better: with its Tafel kinetics, a colder one."""
+    flights = [flown((ColdPack(start_offset_K=offset_K),), seed=s, noise_V=1e-3) for s in (5, 6)]
+    cold = next(h for h in HYPOTHESES if h.id == "cold_pack")
+    found = fit(split(flights[:1], flights[1:], slow_V=0.02), [cold])
+    assert found.problem.values(found.q)[cold.id]["start_offset_K"] == pytest.approx(
+        offset_K, abs=0.5
+    )
+    assert found.held_out_rms_V() < 8e-3
+
+
 def test_one_effect_is_fitted_again_from_its_starts_too() -> None:
     """A current recorded by 1.3 too large: from none the descent ends where the twin is empty."""
     twin = Pack(cell=load_cell("lg_m50"))
@@ -295,10 +308,12 @@ def test_gaps_and_a_slow_logger_still_give_a_verdict() -> None:
 
 def test_what_is_adopted_is_in_the_next_twin() -> None:
     finding = explain([flown([CurrentGain(gain=1.06)], seed=1)], hypotheses=FEW)
-    text = adopted_text(finding, parse_pack_file(PACK, name="p"), cell="lipo_2200")
-    (effect,) = effects_of(parse_pack_file(text, name="adopted"))
+    told = PACK + "[standard_errors]\ncurrent_gain.gain = 0.1\nleakage.current_A = 0.1\n"
+    text = adopted_text(finding, parse_pack_file(told, name="p"), cell="lipo_2200")
+    (effect,) = effects_of(adopted := parse_pack_file(text, name="adopted"))
     assert isinstance(effect, CurrentGain)
     assert effect.gain == finding.effects[0].parameters[0].value
+    assert set(adopted.standard_errors) == {"leakage"}  # that of another gain is gone
 
 
 def test_nothing_is_adopted_where_nothing_was_named() -> None:

@@ -42,11 +42,12 @@ def test_steps_of_a_rounded_voltage_are_seen(random: np.random.Generator) -> Non
     assert step_V(voltage) == 0.0
 
 
+@pytest.mark.parametrize("together_s", [0.0, 1.0])
 def test_whitened_residuals_of_the_expected_noise_are_independent_of_unit_variance(
-    random: np.random.Generator,
+    random: np.random.Generator, together_s: float
 ) -> None:
     """The slow part is drawn by its exact recursion."""
-    noise = Noise(white_V=8e-3, slow_V=5e-3, slow_s=20.0)
+    noise = Noise(white_V=8e-3, slow_V=5e-3, slow_s=20.0, together_s=together_s)
     keep = np.exp(-0.1 / noise.slow_s)
     slow = np.zeros(N)
     slow[0] = noise.slow_V * random.standard_normal()
@@ -57,9 +58,18 @@ def test_whitened_residuals_of_the_expected_noise_are_independent_of_unit_varian
     residual = (slow + noise.white_V * random.standard_normal(N)).astype(np.float64)
     time_s = 0.1 * np.arange(float(N))
     white = whitener(time_s, np.ones(N, dtype=bool), noise)(residual[:, None])[:, 0]
-    assert np.var(white) == pytest.approx(1.0, rel=0.03)
+    assert white.size == (N if not together_s else N // 10)
+    assert np.var(white) == pytest.approx(1.0, rel=4 * np.sqrt(2 / white.size))
     assert correlation_time(white) < 1.3
     assert correlation_time(residual) > 20  # and it was not before
+
+
+def test_samples_that_are_few_in_a_period_each_count_by_themselves() -> None:
+    noise = Noise(white_V=1.0, slow_V=1.0, slow_s=20.0, together_s=1.0)
+    for period_s, size in ((0.4, 40), (0.6, 100)):
+        own = whitener(period_s * np.arange(100.0), np.ones(100, dtype=bool), noise)
+        assert own(np.ones((100, 1))).shape == (size, 1)
+        assert own.samples[1] == (3 if size < 100 else 1)
 
 
 def test_a_long_gap_begins_anew_and_a_short_one_does_not(random: np.random.Generator) -> None:
