@@ -1,12 +1,16 @@
 """The page of a proof: failures first and whole, figures as they were measured, safe from names."""
 
+import json
 import re
 from dataclasses import replace
 from functools import cache
+from pathlib import Path
 from typing import Any
 
 import pytest
 
+from benchmarks.proof_figure import main as draw
+from proof.out import proof_json
 from proof.outcome import Baseline, Judged, NotMade, Outcome, Proof
 from proof.page import figure, headline, proof_page
 from proof.page.baselines import MOST_LISTED, baselines, holds_truth, won
@@ -259,6 +263,15 @@ def test_names_and_texts_of_others_stay_text() -> None:
 def test_the_drawing_for_the_readme(trials: list[Judged] | None) -> None:
     assert figure(proof(trials)).startswith("<svg ")
     assert figure_png(proof(trials)).startswith(b"\x89PNG")
+
+
+def test_the_drawing_is_made_again_from_what_was_written(tmp_path: Path) -> None:
+    """Of two runs as of one that has the trials of both."""
+    for name, trials in (("a", simulated()), ("b", recorded())):
+        (tmp_path / name).mkdir()
+        (tmp_path / name / "proof.json").write_text(json.dumps(proof_json(proof(trials))))
+    draw(tmp_path / "proof.png", [tmp_path / "a", tmp_path / "b"])
+    assert (tmp_path / "proof.png").read_bytes() == figure_png(proof())
 
 
 def test_the_same_proof_gives_the_same_bytes() -> None:
