@@ -126,7 +126,7 @@ class Run:
         accepted = size if good.all() else int(np.argmin(good))
         if accepted:
             self.state = states[accepted - 1].copy()
-            self.rows.append(rows[:, :accepted])
+            self.rows.append(rows[:, :accepted].copy())  # the block it lies in is free again
             done = slice(at, at + accepted)
             if self.taken is not None:
                 where = np.arange(at, at + accepted)

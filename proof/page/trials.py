@@ -18,7 +18,7 @@ COLUMNS = (
     Column(title="probability"),
     Column(title="before [mV]"),
     Column(title="after [mV]"),
-    Column(title="noise, as estimated [mV]"),
+    Column(title="noise [mV]"),
     Column(title="floor [mV]"),
 )
 
