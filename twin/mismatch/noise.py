@@ -144,7 +144,7 @@ def whitener(
 ) -> Whitener:
     """For one recording; `current_A` (n,) where part of the error follows it."""
     at = np.flatnonzero(judged)
-    first = _beginnings(time_s[at], noise.together_s)
+    first = _taken_together(time_s[at], noise.together_s)
     keep = np.exp(-np.diff(time_s[at][first]) / noise.slow_s)
     drive = np.zeros(first.size)
     if current_A is not None and at.size:
@@ -155,7 +155,7 @@ def whitener(
     return Whitener(at, first, noise, _bands(keep, drive, gains), deviation_V)
 
 
-def _beginnings(time_s: FloatArray, together_s: float) -> npt.NDArray[np.int64]:
+def _taken_together(time_s: FloatArray, together_s: float) -> npt.NDArray[np.int64]:
     """(m,) first of the samples that are taken together; each by itself where they are few."""
     if time_s.size < 2 or 2 * float(np.median(np.diff(time_s))) > together_s:
         return np.arange(time_s.size)
@@ -179,7 +179,8 @@ def _gains(
     """(m, 2) of the two parts by an innovation, and its deviation (m,): Riccati's recursion.
 
     a, b, c: variances of the slow part, of both together and of the one along the current, before a
-    sample is seen; each returns to what it is when nothing is known. `white` (m,): of each sample.
+    sample is seen; each returns to what it is when nothing is known. `white` (m,): of each the
+    variance of its white noise [V2].
     """
     a0, c0 = noise.slow_V**2, noise.along_V**2
     a, b, c = a0, 0.0, c0
