@@ -5,8 +5,10 @@ from typing import ClassVar
 
 import numpy as np
 import numpy.typing as npt
+from scipy import sparse
 
 from twin.effects.effect import Parameter
+from twin.effects.likely import likeliest
 
 FloatArray = npt.NDArray[np.float64]
 
@@ -27,5 +29,43 @@ class ClockShift:
     signature: ClassVar[str] = "all answers of the voltage to gusts early or late by the same time"
 
     def flowed_A(self, time_s: FloatArray, recorded_A: FloatArray) -> FloatArray:
-        """(n,) the current in the pack; beyond its ends that of the end."""
-        return np.interp(time_s + self.shift_s, time_s, recorded_A)
+        """(n,) the current in the pack; beyond its ends that of the end.
+
+        Straight between its own samples, whose corners lie between those of the recording: the
+        likeliest such current (`likely`), and what is noise beside it shifted as it was recorded.
+        Straight between those of the recording it would be too smooth. At no shift it is what was
+        recorded.
+        """
+
+        def earlier(values: FloatArray) -> FloatArray:
+            return np.interp(time_s + self.shift_s, time_s, values)
+
+        if abs(self.shift_s) >= np.ptp(time_s) or not np.ptp(recorded_A):
+            return earlier(recorded_A)
+        one = sparse.csc_array(sparse.eye_array(time_s.size))
+        at_s = time_s - self.shift_s
+        known = _within(at_s, time_s)
+        late = sparse.diags_array(known) @ straight_matrix(time_s, at_s)
+        likely_A = likeliest(late, one, known * recorded_A, recorded_A)
+        same_A = likeliest(one, one, recorded_A, recorded_A)
+        return np.asarray(likely_A + earlier(recorded_A - same_A))
+
+
+def _within(at_s: FloatArray, time_s: FloatArray) -> FloatArray:
+    """(m,) 1 for times of a recording, 0 for those more than a sample before or after it."""
+    before_s, after_s = 2 * time_s[0] - time_s[1], 2 * time_s[-1] - time_s[-2]
+    ends = np.array([before_s, time_s[0], time_s[-1], after_s])
+    return np.asarray(np.interp(at_s, ends, np.array([0.0, 1.0, 1.0, 0.0])))
+
+
+def straight_matrix(time_s: FloatArray, at_s: FloatArray) -> sparse.csc_array:
+    """(m, n) values at times (n,), two or more -> at (m,) on the straight lines between.
+
+    Beyond the ends those of the ends.
+    """
+    n, m = time_s.size, at_s.size
+    left = np.clip(np.searchsorted(time_s, at_s, side="right") - 1, 0, n - 2)
+    share = np.clip((at_s - time_s[left]) / (time_s[left + 1] - time_s[left]), 0.0, 1.0)
+    weights = np.concatenate([1.0 - share, share])
+    at = np.tile(np.arange(m), 2), np.concatenate([left, left + 1])
+    return sparse.csc_array((weights, at), shape=(m, n))

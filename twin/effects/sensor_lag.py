@@ -6,16 +6,13 @@ from typing import ClassVar
 import numpy as np
 import numpy.typing as npt
 from scipy import sparse
-from scipy.linalg import solveh_banded
 
 from twin.effects.effect import Parameter
+from twin.effects.likely import likeliest
 
 FloatArray = npt.NDArray[np.float64]
 
 WIDTH = 5  # samples of the polynomial through which a rate of change is read
-SENSOR_A = 0.1
-"""White noise of a current sensor on a vehicle, standard deviation: so much of a recording is not
-taken for a change of the current."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -36,27 +33,15 @@ class SensorLag:
     def flowed_A(self, time_s: FloatArray, recorded_A: FloatArray) -> FloatArray:
         """(n,) the current in the pack.
 
-        The likeliest one, its increments being normal (Wiener's filter): the rate of change of the
-        noise alone would be larger than the current. At no lag it is what was recorded.
+        The likeliest one: `likely`. At no lag it is what was recorded.
         """
         if time_s.size < 2 or not np.ptp(recorded_A):
             return recorded_A
         one = sparse.csc_array(sparse.eye_array(time_s.size))
-        near = recorded_A + self.lag_s * (slope_matrix(time_s, 2) @ recorded_A)
-        weight = SENSOR_A**2 / float(np.mean(np.diff(near) ** 2))
+        near_A = recorded_A + self.lag_s * (slope_matrix(time_s, 2) @ recorded_A)
         unlagged = one + self.lag_s * slope_matrix(time_s, WIDTH - 1)
-        likely, same = (_likeliest_A(of, recorded_A, weight) for of in (unlagged, one))
-        return recorded_A + likely - same
-
-
-def _likeliest_A(unlagged: sparse.csc_array, recorded_A: FloatArray, weight: float) -> FloatArray:
-    """(n,) unlagged @ z of least |z - recorded|^2 + weight |increments of unlagged @ z|^2."""
-    changes = unlagged[1:] - unlagged[:-1]
-    n = recorded_A.size
-    normal = sparse.eye_array(n) + weight * (changes.T @ changes)
-    reach = min(2 * WIDTH, n - 1)  # of what a sample has to do with
-    bands = np.stack([np.pad(normal.diagonal(k), (0, k)) for k in range(reach + 1)])
-    return np.asarray(unlagged @ solveh_banded(bands, recorded_A, lower=True))
+        likely_A, same_A = (likeliest(one, of, recorded_A, near_A) for of in (unlagged, one))
+        return recorded_A + likely_A - same_A
 
 
 def slope_matrix(time_s: FloatArray, degree: int) -> sparse.csc_array:
@@ -71,6 +56,7 @@ def slope_matrix(time_s: FloatArray, degree: int) -> sparse.csc_array:
     t = time_s[window] - time_s[:, None]
     scale_s = np.abs(t).max(axis=1, keepdims=True)
     powers = np.stack([(t / scale_s) ** k for k in range(min(degree + 1, width))], axis=-1)
-    weights = np.linalg.pinv(powers)[:, 1, :] / scale_s
+    across = powers.transpose(0, 2, 1)
+    weights = np.linalg.solve(across @ powers, across)[:, 1, :] / scale_s
     at = np.repeat(np.arange(n), width), window.ravel()
     return sparse.csc_array((weights.ravel(), at), shape=(n, n))

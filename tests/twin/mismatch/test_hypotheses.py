@@ -3,6 +3,7 @@
 from dataclasses import replace
 
 import numpy as np
+import numpy.typing as npt
 import pytest
 
 from tests.twin.mismatch.recordings import pack
@@ -173,9 +174,44 @@ def test_instruments() -> None:
         assert faulty.voltage_V == pytest.approx(true.voltage_V, abs=1e-9)
         assert faulty.current_A == pytest.approx(i)  # what was recorded stays what was recorded
     shifted = ClockShift(shift_s=0.3).flowed_A(t, i)
-    assert shifted[:-3] == pytest.approx(i[3:])
+    assert shifted[1:-3] == pytest.approx(i[4:])
+    assert shifted[0] == pytest.approx(i[3], abs=0.01)  # of 4 A; before it nothing is known
     doubled = simulate(replace(pack(), effects=(VoltageGain(gain=1.01),)), load)
     assert doubled.voltage_V == pytest.approx(1.01 * simulate(pack(), load).voltage_V)
+
+
+def gusts(n: int, random: np.random.Generator) -> npt.NDArray[np.float64]:
+    """A current in which gusts of a second come and go, at 10 Hz."""
+    return 17.0 + np.convolve(random.normal(0.0, 0.3, n), np.ones(10), mode="same")
+
+
+@pytest.mark.parametrize("shift_s", [-0.27, 0.05, 0.23, 2.55])
+def test_a_clock_that_is_off_by_parts_of_a_sample_is_undone(shift_s: float) -> None:
+    """Of a current that is straight between its own samples; straight lines smooth it twice."""
+    random, n = np.random.default_rng(0), 3000
+    t, true_A = 0.1 * np.arange(n, dtype=float), gusts(n, random)
+    recorded_A = np.interp(t - shift_s, t, true_A) + random.normal(0.0, 0.03, n)
+    inside = slice(30, -30)
+    undone_A = ClockShift(shift_s=shift_s).flowed_A(t, recorded_A)[inside]
+    straight_A = np.interp(t + shift_s, t, recorded_A)[inside]
+    left_A, twice_A = (np.std(x - true_A[inside]) for x in (undone_A, straight_A))
+    assert left_A < 0.8 * twice_A
+
+
+def test_a_clock_that_is_right_leaves_a_recording_as_it_is() -> None:
+    """And one that is hardly off leaves it nearly so, at the ends as well."""
+    load = gusty()
+    t, i = load.time_s, load.current_A
+    assert ClockShift().flowed_A(t, i) == pytest.approx(i, abs=1e-12)
+    assert ClockShift(shift_s=1e-6).flowed_A(t, i) == pytest.approx(i, abs=1e-3)
+
+
+@pytest.mark.parametrize("n", [1, 2, 3, 20])
+def test_a_clock_that_is_off_by_more_than_a_load_lasts(n: int) -> None:
+    t, i = 0.1 * np.arange(n, dtype=float), np.linspace(1.0, 2.0, n)
+    assert ClockShift(shift_s=3.0).flowed_A(t, i) == pytest.approx(np.full(n, i[-1]))
+    assert ClockShift(shift_s=-3.0).flowed_A(t, i) == pytest.approx(np.full(n, i[0]))
+    assert np.all(np.isfinite(ClockShift(shift_s=0.05).flowed_A(t, i)))
 
 
 def test_a_lagging_sensor_is_undone() -> None:
@@ -199,7 +235,7 @@ def test_a_lagging_sensor_is_undone_without_a_shift_of_time() -> None:
     """Of gusts, with noise: what is left of the lag does not look like a clock that is off."""
     random, n, lag_s = np.random.default_rng(0), 3000, 0.5
     t = 0.1 * np.arange(n)
-    true = 17.0 + np.convolve(random.normal(0.0, 0.3, n), np.ones(10), mode="same")
+    true = gusts(n, random)
     recorded = np.empty(n)
     recorded[0], keep = true[0], np.exp(-0.1 / lag_s)
     for k in range(n - 1):  # exact for straight pieces

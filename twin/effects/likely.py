@@ -1,0 +1,38 @@
+"""The likeliest current behind what an instrument recorded: Wiener's filter, by least squares.
+
+What the instrument does to the current is undone, and its noise with it: the noise alone would
+change faster than the current. N. Wiener, Extrapolation, Interpolation, and Smoothing of Stationary
+Time Series (1949).
+"""
+
+import numpy as np
+import numpy.typing as npt
+from scipy import sparse
+from scipy.linalg import solveh_banded
+
+FloatArray = npt.NDArray[np.float64]
+
+SENSOR_A = 0.1
+"""White noise of a current sensor on a vehicle, standard deviation: so much of a recording is not
+taken for a change of the current."""
+
+
+def likeliest(
+    seen: sparse.csc_array, flowed: sparse.csc_array, recorded_A: FloatArray, near_A: FloatArray
+) -> FloatArray:
+    """(n,) the current: `flowed` z, of the likeliest z, the current's increments being normal.
+
+    z is that of least |seen z - recorded|^2 / SENSOR_A^2 + |increments of flowed z|^2 / v.
+
+    Args:
+        seen: (n, n) z -> what the instrument records of it.
+        flowed: (n, n) z -> current.
+        recorded_A: (n,)
+        near_A: (n,) a current whose increments are about as large: v is their mean square.
+    """
+    changes = flowed[1:] - flowed[:-1]
+    weight = SENSOR_A**2 / float(np.mean(np.diff(near_A) ** 2))
+    normal = (seen.T @ seen + weight * (changes.T @ changes)).tocoo()
+    reach = int(np.max(normal.row - normal.col))
+    bands = np.stack([np.pad(normal.diagonal(-k), (0, k)) for k in range(reach + 1)])
+    return np.asarray(flowed @ solveh_banded(bands, seen.T @ recorded_A, lower=True))
