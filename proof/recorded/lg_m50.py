@@ -44,6 +44,18 @@ def rate(raw: SimpleNamespace, degrees: int, name: str) -> RealTest:
     return discharge_of(on_one_clock(whole))
 
 
+def cools_s(raw: SimpleNamespace, degrees: int, name: str) -> float:
+    """Time in which the middle of a cell loses all but 1/e of its warmth, at rest afterwards.
+
+    No heat is in it, and no twin: heat capacity over cooling, of the mount that the cell was in.
+    """
+    test = getattr(getattr(raw, f"T{degrees}"), f"cRate_{name.replace('.', 'p')}")
+    ended = int(np.argmax(test.cellTemp_mid))
+    above_K = test.cellTemp_mid[ended:] - test.cellTemp_mid[0]
+    left = int(np.argmax(above_K < above_K[0] / np.e))
+    return float(test.timeVec[ended + left] - test.timeVec[ended])
+
+
 def other(folder: Path, cell: int, name: str, degrees: int, which: int = 0) -> RealTest:
     """A discharge of another cell of the batch (786, 796), with the last sample of the rest before.
 

@@ -6,15 +6,17 @@ import numpy as np
 import pytest
 
 from benchmarks.real_cells.__main__ import CELLS, SHARED
-from proof.recorded import leaf_cell, panasonic
+from proof.recorded import leaf_cell, lg_m50, panasonic
 from proof.recorded.measured import (
     NotHere,
     RealCell,
     RealTest,
     discharge_of,
     held_V,
+    matlab,
     on_one_clock,
     recorded_parts,
+    recording,
 )
 from proof.recorded.replay import answer, errors, held_C
 from twin.builtin import load_cell
@@ -155,3 +157,15 @@ def test_a_row_without_a_voltage_gets_the_one_before() -> None:
     volts = np.array([4.0, np.nan, 3.9, np.nan, np.nan])
     test = RealTest(name="t", time_s=np.arange(5.0), current_A=np.ones(5), voltage_V=volts)
     assert held_V(test).voltage_V.tolist() == [4.0, 4.0, 3.9, 3.9, 3.9]
+
+
+def test_the_lg_m50_of_2c_was_in_a_mount_that_cools_less() -> None:
+    """What no twin of the slower tests can know: `heat_list`."""
+    try:
+        raw = matlab(recording(SHARED, lg_m50.RATES))
+    except NotHere as e:
+        pytest.skip(str(e))
+    for degrees in (0, 10, 25):
+        half_s, one_s, two_s = (lg_m50.cools_s(raw, degrees, n) for n in ("0.5C", "1C", "2C"))
+        assert two_s > 1.25 * one_s
+        assert half_s == pytest.approx(one_s, rel=0.2)
