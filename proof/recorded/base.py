@@ -41,7 +41,7 @@ from twin.whole_file import write_whole
 
 FloatArray = npt.NDArray[np.float64]
 
-VERSION = 12  # of what is kept: raise it where the same inputs give another calibration
+VERSION = 13  # of what is kept: raise it where the same inputs give another calibration
 COOLING_W_m2_K = (1.0, 200.0)  # looked for between still air and a clamp
 WHOLE = 0.5  # of the most that any test draws: a test that draws less shows no warming
 ALIKE = 0.8  # of a current: more is about as fast
@@ -191,7 +191,7 @@ def _calibrate(given: Given, place: Path) -> None:
     pack, tests = _to_fit(given)
     only = None if given.only is None else (*given.only, *WARMING)
     *_, best = fit_from_everywhere(problem_of(pack, tests, only=only))
-    numbers = best.problem.mapped(best.q, 0).numbers
+    numbers = best.problem.numbers(best.q)
     names = ", ".join(t.name for t in tests)
     text = write_bpx(cell_of(best.problem, best.q), description=f"calibrated to {names}")
     write_whole(place / "cell.bpx.json", text)

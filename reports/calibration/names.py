@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from reports.quantity import significant
 from twin.bumps import HEIGHT, is_bump
 from twin.calibrate.answer import Estimate, Verdict
-from twin.calibrate.cell_map import START_V
+from twin.calibrate.parameters import MOUNT, START_V, of_one_test
 
 # what a parameter's name ends in -> words, unit, factor from SI
 QUANTITIES = {
@@ -63,6 +63,8 @@ class Called:
 
 def called(name: str, unit: str = "") -> Called:
     """The parameter `name`; one that is not known here keeps its name and `unit`."""
+    if is_mount(name):
+        return Called(f"cooling in {name.partition(':')[2]}, over that on the whole", "", 1.0)
     if is_start(name):
         return Called(f"rest voltage before {name.partition(':')[2]}", "V", 1.0)
     where, _, what = name.rpartition(".")
@@ -83,8 +85,8 @@ def phrase(name: str) -> str:
 
 
 def in_order(names: Sequence[str]) -> list[int]:
-    """Places of those of the cell: of all of it, then layer by layer; without starts and bumps."""
-    cell = [k for k, name in enumerate(names) if not (is_start(name) or is_bump(name))]
+    """Places of those of the cell, without bumps: of all of it, then layer by layer."""
+    cell = [k for k, name in enumerate(names) if not (of_one_test(name) or is_bump(name))]
     return sorted(cell, key=lambda k: _layer(names[k]))
 
 
@@ -94,8 +96,13 @@ def _layer(name: str) -> int:
 
 
 def is_start(name: str) -> bool:
-    """It belongs to one test, not to the cell."""
+    """The state at the start of a test."""
     return name.startswith(START_V)
+
+
+def is_mount(name: str) -> bool:
+    """How a test cooled."""
+    return name.startswith(f"{MOUNT}:")
 
 
 def with_unit(e: Estimate) -> str:

@@ -6,7 +6,15 @@ import numpy as np
 from matplotlib.lines import Line2D
 
 from reports.calibration.drawings import sheet
-from reports.calibration.names import VERDICT_COLOUR, called, is_start, phrase, with_unit, word
+from reports.calibration.names import (
+    VERDICT_COLOUR,
+    called,
+    is_mount,
+    is_start,
+    phrase,
+    with_unit,
+    word,
+)
 from reports.calibration.report import CalibrationReport
 from reports.calibration.summary import cell_estimates
 from reports.plots import ROW_IN, named_rows, to_svg
@@ -40,6 +48,7 @@ def parameters(report: CalibrationReport) -> Section:
     shown = cell_estimates(report.found)
     beside = {
         "Rest voltages before the tests, fitted with them": is_start,
+        "How the mounts of the tests cool, fitted with them": is_mount,
         "Correction of the open-circuit curve, fitted with them": is_bump,
     }
     tables = [_table("Parameters of the cell", shown)]

@@ -23,6 +23,8 @@ from twin.calibrate.parameters import (
     ACTIVATIONS,
     EMPTY_ENDS,
     HALF_FULL,
+    MOUNT,
+    START_V,
     WARMING,
     middle_diffusivity_m2_s,
 )
@@ -35,7 +37,6 @@ Potential = Callable[[float], float]
 SIDES = ("negative", "positive")
 EDGE = 1e-4  # of stoichiometry: no window goes closer to full or empty
 START = tuple(f"{side}.start" for side in SIDES)
-START_V = "start_V"
 FILLERS = slice(2, 4)
 """Where the fillers stand among what is derived."""
 
@@ -67,6 +68,8 @@ class Mapped:
 
 class CellMap:
     """Of the cell of `pack` and the parameters `names`, START_V the last of them.
+
+    MOUNT may be among them: the cooling of a test over that of all.
 
     Attributes:
         names: the kernel's numbers that change.
@@ -249,6 +252,8 @@ def _expressions(
         "series_resistance_ohm", *(name for name in more if name in value),
     ):  # fmt: skip
         numbers[name] = value[name]
+    if MOUNT in value:
+        numbers[WARMING[1]] *= value[MOUNT]
     numbers["initial_soc"] = soc
     areas = [numbers[f"{side}.specific_area_m2_m3"] for side in SIDES]
     (x_empty, x_full), (full, empty) = windows["negative"], windows["positive"]

@@ -76,13 +76,14 @@ def fitted(problem: Problem, q: FloatArray, tests: Sequence[ReferenceTest]) -> t
     capacity_C = values[[p.name for p in problem.table].index("capacity_C")]
     out = []
     for k, test in enumerate(tests):
+        start_V = float(values[first + k])
         soc, told = problem.mapped(q, k).numbers["initial_soc"], ~test.mixed()
         one = Fitted(
             name=test.name,
             time_s=test.time_s[told],
             current_A=test.current_A[told],
             measured_V=test.voltage_V[told],
-            simulated_V=problem.replayed(q, test, float(values[first + k]))[told],
+            simulated_V=problem.replayed(q, test, start_V, mount=problem.mount(q, k))[told],
             soc=(soc - test.drawn_C() / capacity_C)[told],
             noise_V=problem.tests[k].noise_V,
             between=test.between,

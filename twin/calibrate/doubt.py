@@ -13,9 +13,9 @@ from dataclasses import dataclass, replace
 import numpy as np
 import numpy.typing as npt
 
-from twin.calibrate.cell_map import START_V, CellMap, Infeasible, full_and_empty_V
+from twin.calibrate.cell_map import CellMap, Infeasible, full_and_empty_V
 from twin.calibrate.degradation import aged_by, ageing_parameters
-from twin.calibrate.parameters import EMPTY_ENDS, Parameter, Scale, cell_table
+from twin.calibrate.parameters import EMPTY_ENDS, START_V, Parameter, Scale, cell_table
 from twin.calibrate.table import CalibrationError
 from twin.pack import Pack
 

@@ -13,14 +13,19 @@ import numpy as np
 import numpy.typing as npt
 
 from twin.bumps import Bumped
-from twin.calibrate.cell_map import FILLERS, START_V, CellMap, Infeasible, Mapped, start_names
+from twin.calibrate.cell_map import FILLERS, CellMap, Infeasible, Mapped, start_names
 from twin.calibrate.parameters import (
     FILLER_EDGE,
     FILLER_LEAST,
     FILLER_STD,
+    MOUNT,
+    START_V,
+    WARMING,
     Parameter,
     bump_parameters,
     cell_table,
+    mount_parameters,
+    of_one_test,
     start_parameters,
 )
 from twin.calibrate.reference import ReferenceTest
@@ -46,7 +51,8 @@ class Problem:
     Attributes:
         pack: of one cell.
         tests: what was measured.
-        table: all parameters of the cell, then the start of each test.
+        table: all parameters of the cell, then how each test cooled, where several show it, then
+            the start of each test.
         free: (k,) positions in `table` of those that are asked for; the others stay at their mean.
         held: (k,) which of these stay there too, since the tests do not tell them.
         unbumped: of a cell with bumps on its potential the test that tells it best, and what a fit
@@ -71,12 +77,16 @@ class Problem:
                 warming=any(self.warming(k) for k in range(len(self.tests))),
             )
         cell = tuple(table)
-        self.table = (*cell, *start_parameters(self.tests, pack))
-        self._of_cell = len(cell)
         kept = [i for i, p in enumerate(cell) if only is None or p.name in only]
+        warm = self._told_apart([cell[i].name for i in kept])
+        mounts = mount_parameters([self.tests[k] for k in warm])
+        self.table = (*cell, *mounts, *start_parameters(self.tests, pack))
+        self._of_cell = len(cell)
+        self._mounts = {k: len(cell) + n for n, k in enumerate(warm)}
         self.free = (*kept, *range(len(cell), len(self.table)))
         self.held = np.array([self.table[i].name in held for i in self.free])
-        self._map = CellMap(self.pack, (*(p.name for p in cell), START_V))
+        own = [MOUNT] if warm else []
+        self._map = CellMap(self.pack, (*(p.name for p in cell), *own, START_V))
         self._simulator = Simulator(self.pack)
         self._filler_means = filler_shares(self.pack)
 
@@ -114,6 +124,11 @@ class Problem:
     def warming(self, test: int) -> bool:
         """Whether it was measured how the cell warms, and it does so in the twin."""
         return self._heats and self.tests[test].temperature_K is not None
+
+    def _told_apart(self, free: Collection[str]) -> tuple[int, ...]:
+        """The tests that each show how they cool; none if it is but one."""
+        warm = tuple(k for k in range(len(self.tests)) if self.warming(k))
+        return warm if len(warm) > 1 and WARMING[1] in free else ()
 
     def residuals(self, q: FloatArray) -> FloatArray:
         """Measured minus simulated voltage over what is expected of it, test by test.
@@ -211,17 +226,19 @@ class Problem:
         """Open-circuit voltage at a state of charge; `q` as in `replayed`."""
         return self._map.rest_V(self._values_of_cell(q), soc)
 
-    def replayed(self, q: FloatArray, test: ReferenceTest, start_V: float) -> FloatArray:
+    def replayed(
+        self, q: FloatArray, test: ReferenceTest, start_V: float, *, mount: float = 1.0
+    ) -> FloatArray:
         """(n,) voltage at every sample of any `test`; NaN from where the simulation ended.
 
-        `q` (k,): those of starts may be left out, they are not used. Infeasible if no cell has
-        these values.
+        `q` (k,): those of tests may be left out, they are not used. `mount` is how it cools, over
+        how the cell does on the whole. Infeasible if no cell has these values.
         """
         load = Load(
             time_s=test.time_s, current_A=test.current_A, between=test.between,
             ambient_K=test.ambient_K,
         )  # fmt: skip
-        numbers = self._map(np.append(self._values_of_cell(q), start_V))[0]
+        numbers = self._map(np.append(self._values_of_cell(q, mount), start_V))[0]
         done = self._simulator.solved(load, numbers, FINE_MESH).voltage_V
         return np.concatenate([done, np.full(test.time_s.size - done.size, np.nan)])
 
@@ -287,18 +304,29 @@ class Problem:
     @property
     def _only(self) -> list[str]:
         """Names of the free parameters of the cell."""
-        return [p.name for p in self.parameters if not p.name.startswith(START_V)]
+        return [p.name for p in self.parameters if not of_one_test(p.name)]
 
-    def _values_of_cell(self, q: FloatArray) -> FloatArray:
+    def _values_of_cell(self, q: FloatArray, mount: float = 1.0) -> FloatArray:
         out = self._means()[: self._of_cell]
         for place, p, c in zip(self.free, self.parameters, q.tolist(), strict=False):
             if place < self._of_cell:
                 out[place] = p.value(c)
-        return out
+        return np.append(out, mount) if self._mounts else out
 
     def mapped(self, q: FloatArray, test: int) -> Mapped:
         """What the kernel is given."""
         return self._map.mapped(self._values_at(self.values(q), test))
+
+    def numbers(self, q: FloatArray) -> dict[str, float]:
+        """Of the cell, cooled as on the whole, at the start of the first test."""
+        values = self.values(q)
+        start_V = values[-len(self.tests)]
+        return self._map(np.append(self._values_of_cell(q), start_V))[0]
+
+    def mount(self, q: FloatArray, test: int) -> float:
+        """How a test cooled, over how the cell does on the whole; 1 where nothing shows it."""
+        place = self._mounts.get(test)
+        return 1.0 if place is None else float(self.values(q)[place])
 
     def missed_fillers(self, derived: FloatArray) -> tuple[FloatArray, FloatArray]:
         """(2,) by how many deviations of their prior the fillers lie below its mean, and the slope.
@@ -312,7 +340,10 @@ class Problem:
 
     def chain(self, q: FloatArray, by_values: FloatArray, test: int) -> FloatArray:
         """(rows, k) by coordinates, from (rows, values) by the values of one test."""
-        own = {self._of_cell + test: self._of_cell} | {i: i for i in range(self._of_cell)}
+        own = {i: i for i in range(self._of_cell)}
+        own[len(self.table) - len(self.tests) + test] = by_values.shape[1] - 1
+        if test in self._mounts:
+            own[self._mounts[test]] = self._of_cell
         out = np.zeros((by_values.shape[0], q.size))
         for k, (place, p) in enumerate(zip(self.free, self.parameters, strict=True)):
             if place in own:
@@ -323,8 +354,10 @@ class Problem:
         return np.array([p.mean for p in self.table])
 
     def _values_at(self, values: FloatArray, test: int) -> FloatArray:
-        """Those of the cell, then of the start of one test."""
-        return np.append(values[: self._of_cell], values[self._of_cell + test])
+        """Those of the cell, then of one test: how it cooled, and its start."""
+        place = self._mounts.get(test)
+        own = [1.0 if place is None else values[place]] if self._mounts else []
+        return np.append(values[: self._of_cell], [*own, values[test - len(self.tests)]])
 
     def _span_K(self) -> float:
         """Between the coldest and the warmest that the cell is in the tests as it is simulated."""

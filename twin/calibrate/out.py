@@ -33,7 +33,7 @@ def calibrated_cell(found: Calibration) -> Cell:
 
 def cell_of(problem: Problem, q: FloatArray) -> Cell:
     """The same of a fit that goes on; `q` (k,) its coordinates."""
-    pack, numbers = problem.pack, problem.mapped(q, 0).numbers
+    pack, numbers = problem.pack, problem.numbers(q)
     cell, base = settled(pack.cell, numbers), pack.cell_parameters()
     salt = cell.electrolyte
     return replace(

@@ -107,7 +107,13 @@ ACTIVATIONS = (
 )  # fmt: skip
 ACTIVATION_STD_J_mol, ACTIVATION_MOST_J_mol = 12e3, 100e3
 """Those of the reactions lie 18 and 26 kJ/mol apart in the two built-in cells, one NMC, one LCO."""
+START_V = "start_V"
 WARMING = ("heat_capacity_J_K", "heat_transfer_W_m2_K")
+MOUNT, MOUNT_STD, MOUNT_MOST = "mount", 0.15, 3.0
+"""How a cell cools in the mount of one test, over how it does on the whole.
+
+At rest cells of an LG M50 lose all but 1/e of their warmth in 472 to 484 s in one mount, 540 and
+605 to 616 s in two others (`proof.recorded.lg_m50.cools_s`): 0.11 in the logarithm."""
 MIXTURE_mol_m3, MIXTURES_m2_s = 1000.0, (1.77e-10, 3.22e-10)
 """What was measured of diffusivities in carbonate mixtures with so much LiPF6, at 25 degC.
 
@@ -195,7 +201,7 @@ def start_parameters(tests: Sequence[Sampled], pack: Pack) -> tuple[Parameter, .
     lower, upper = pack.cell.lower_cut_off_V + 1e-3, pack.cell.upper_cut_off_V + 0.02
     return tuple(
         Parameter(
-            name=f"start_V:{test.name}",
+            name=f"{START_V}:{test.name}",
             unit="V",
             mean=(mean := min(max(test.start_V, lower + 1e-3), upper - 1e-3)),
             std=test.start_sigma_V,
@@ -204,6 +210,20 @@ def start_parameters(tests: Sequence[Sampled], pack: Pack) -> tuple[Parameter, .
         )
         for test in tests
     )
+
+
+def mount_parameters(tests: Sequence[Sampled]) -> tuple[Parameter, ...]:
+    """The cooling of each test over that of all."""
+    return tuple(
+        Parameter(name=f"{MOUNT}:{test.name}", unit="", mean=1.0, std=MOUNT_STD,
+                  lower=1.0 / MOUNT_MOST, upper=MOUNT_MOST, scale=Scale.LOG)
+        for test in tests
+    )  # fmt: skip
+
+
+def of_one_test(name: str) -> bool:
+    """A parameter belongs to one test, not to the cell."""
+    return name.startswith((f"{MOUNT}:", f"{START_V}:"))
 
 
 def window_capacity_C(pack: Pack) -> float:

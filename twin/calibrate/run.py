@@ -238,7 +238,7 @@ def conclusions(
     found = Calibration(
         problem=problem,
         q=q,
-        numbers=problem.mapped(q, 0).numbers,
+        numbers=problem.numbers(q),
         answer=told,
         information=information(problem, q),
         correction=correction,

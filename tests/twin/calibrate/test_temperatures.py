@@ -9,7 +9,7 @@ from tests.twin.calibrate.synthetic import NOISE_V, RELAX, Stage, cell_pack, loa
 from twin.calibrate.answer import Verdict
 from twin.calibrate.objective import SPAN_K
 from twin.calibrate.out import calibrated_cell, pack_text
-from twin.calibrate.parameters import ACTIVATIONS, WARMING, cell_table
+from twin.calibrate.parameters import ACTIVATIONS, MOUNT, WARMING, cell_table
 from twin.calibrate.reference import ReferenceTest
 from twin.calibrate.run import conclude, fit, problem_of
 from twin.constants import ZERO_CELSIUS_K
@@ -164,3 +164,49 @@ def test_no_cooling_is_looked_for_that_a_pack_file_does_not_take() -> None:
     assert table[WARMING[1]].upper == 1000.0
     least, _ = table[WARMING[1]].bounds
     assert table[WARMING[1]].value(least) == pytest.approx(200.0 / 30)
+
+
+def warming_in(celsius: float, transfer: float, noise_K: float = 0.05) -> ReferenceTest:
+    """A fast discharge of a cell in a mount that cools so, its temperature measured."""
+    heating = SelfHeating(heat_transfer_W_m2_K=transfer)
+    truth = replace(cell_pack(), effects=(heating,), initial_K=celsius + ZERO_CELSIUS_K)
+    test = of(truth, celsius, int(transfer), NOISE_V, FAST)
+    load = Load(
+        time_s=test.time_s, current_A=test.current_A, between=Between.HOLD,
+        ambient_K=test.ambient_K,
+    )  # fmt: skip
+    noise = np.random.default_rng(int(celsius)).standard_normal(test.time_s.size)
+    measured_K = simulate(truth, load).temperature_K + noise_K * noise
+    return replace(test, name=f"mount {transfer:g}", temperature_K=measured_K)
+
+
+def test_each_test_cools_as_its_mount_does() -> None:
+    """Two mounts, a third of the cooling apart: one number would make both wrong by kelvins."""
+    pack = replace(cell_pack(), effects=(SelfHeating(heat_transfer_W_m2_K=25.0),))
+    tests = [warming_in(25.0, 20.0), warming_in(24.0, 30.0)]
+    problem = problem_of(pack, tests, only=WARMING)
+    *_, last = fit(problem)
+    own = [
+        last.problem.numbers(last.q)[WARMING[1]] * last.problem.mount(last.q, k) for k in range(2)
+    ]
+    assert own == pytest.approx([20.0, 30.0], rel=0.03)
+    for k, transfer in enumerate(own):
+        assert last.problem.mapped(last.q, k).numbers[WARMING[1]] == pytest.approx(transfer)
+    found = conclude(last.problem, last.q, tests, cross_validate=False)
+    assert 20.0 < found.numbers[WARMING[1]] < 30.0  # what the cell has on the whole
+    one = problem_of(pack, tests[:1])
+    assert not any(p.name.startswith(f"{MOUNT}:") for p in one.parameters)
+
+
+def test_derivatives_by_a_mount_are_those_of_the_residuals() -> None:
+    pack = replace(cell_pack(), effects=(SelfHeating(),))
+    problem = problem_of(pack, [warming_in(25.0, 20.0), warming_in(24.0, 30.0)])
+    q = np.full(len(problem.free), 0.1)
+    _, slopes = problem.linearised(q)
+    step = 1e-4
+    for k, p in enumerate(problem.parameters):
+        if p.name.startswith(f"{MOUNT}:") or p.name == WARMING[1]:
+            ahead, behind = q.copy(), q.copy()
+            ahead[k], behind[k] = q[k] + step, q[k] - step
+            expected = (problem.residuals(ahead) - problem.residuals(behind)) / (2 * step)
+            assert np.abs(slopes[:, k] - expected).max() < 1e-3 * np.abs(expected).max(), p.name
