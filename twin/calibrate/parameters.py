@@ -12,7 +12,8 @@ Free here are: of the two windows' ends when empty that in the flatter potential
 window's when full, Q, the radii and porosities. The other ends, fillers and areas follow and are
 reported beside them. Beyond the table: a resistance in series (tabs, leads), the open-circuit
 voltage at the start of each test, and, where the tests were warm and cold, the activation energies,
-and where it was measured how a cell warms, its heat capacity and how it cools.
+and where it was measured how a cell warms, its heat capacity and how it cools, in several tests
+also how the mount of each does.
 """
 
 from collections.abc import Sequence
