@@ -45,9 +45,10 @@ def rate(raw: SimpleNamespace, degrees: int, name: str) -> RealTest:
 
 
 def cools_s(raw: SimpleNamespace, degrees: int, name: str) -> float:
-    """Time in which the middle of a cell loses all but 1/e of its warmth, at rest afterwards.
+    """Time in which the middle of a cell loses all but 1/e of its warmth, at rest afterwards [s].
 
-    No heat is in it, and no twin: heat capacity over cooling, of the mount that the cell was in.
+    By `RATES`, in a chamber at so many degrees Celsius. No heat is in it, and no twin: heat
+    capacity over cooling, of the mount that the cell was in.
     """
     test = getattr(getattr(raw, f"T{degrees}"), f"cRate_{name.replace('.', 'p')}")
     ended = int(np.argmax(test.cellTemp_mid))

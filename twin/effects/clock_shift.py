@@ -32,9 +32,9 @@ class ClockShift:
         """(n,) the current in the pack; beyond its ends that of the end.
 
         Straight between its own samples, whose corners lie between those of the recording: the
-        likeliest such current (`likely`), and what is noise beside it shifted as it was recorded.
-        Straight between those of the recording it would be too smooth. At no shift it is what was
-        recorded.
+        likeliest such current (`likely`), and what that leaves of the recording, shifted. Straight
+        between those of the recording it would be too smooth. Shifted by whole samples, or not at
+        all, it is what was recorded.
         """
 
         def earlier(values: FloatArray) -> FloatArray:
@@ -45,10 +45,10 @@ class ClockShift:
         one = sparse.csc_array(sparse.eye_array(time_s.size))
         at_s = time_s - self.shift_s
         known = _within(at_s, time_s)
-        late = sparse.diags_array(known) @ straight_matrix(time_s, at_s)
-        likely_A = likeliest(late, one, known * recorded_A, recorded_A)
-        same_A = likeliest(one, one, recorded_A, recorded_A)
-        return np.asarray(likely_A + earlier(recorded_A - same_A))
+        late = straight_matrix(time_s, at_s)
+        seen = sparse.diags_array(known) @ late
+        likely_A = likeliest(seen, one, known * recorded_A, recorded_A)
+        return np.asarray(likely_A + earlier(recorded_A - late @ likely_A))
 
 
 def _within(at_s: FloatArray, time_s: FloatArray) -> FloatArray:
