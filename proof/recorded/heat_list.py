@@ -4,7 +4,11 @@ Chosen by physical reasoning from what the catalogue of recordings says of rates
 none is left out for what came of it. h01 to h21 were written down before any was run; after a first
 run (5 of 13 of temperature right) their twins were calibrated to more tests, so that these are not
 blind. h22 to h28 were written down then, before any was run; of their recordings h22 and h28 share
-one each with the first ones. What counts as right:
+one each with the first ones. A question is of one pack: of the LG M50 each rate was drawn from
+another cell in another mount (`lg_m50.cools_s`), so that h05 to h07, which had asked of 2C what 1C
+shows, and h08 (0.5C, 1C) are of one rate each since, and h29 to h31 of the others; these changes
+were written down before any of them was run. h17 has two rates, and conceals no temperature. What
+counts as right:
 
 Isothermal. The twin stays at the temperature the cell had at the start, the cell warmed by 8 to
 40 K: `self_heating`. Given are current and voltage alone.
@@ -68,14 +72,10 @@ ENTRIES = (
     Entry(name="trial-h02", cell="samsung", kind=ISOTHERMAL, fitted="3C", held_out="4C"),
     Entry(name="trial-h03", cell="samsung_2", kind=ISOTHERMAL, fitted="2C", held_out="3C"),
     Entry(name="trial-h04", cell="samsung_2", kind=ISOTHERMAL, fitted="3C", held_out="4C"),
-    Entry(name="trial-h05", cell="lg_m50", kind=ISOTHERMAL, fitted="1C 25 degC",
-          held_out="2C 25 degC"),
-    Entry(name="trial-h06", cell="lg_m50", kind=ISOTHERMAL, fitted="1C 0 degC",
-          held_out="2C 0 degC"),
-    Entry(name="trial-h07", cell="lg_m50", kind=ISOTHERMAL, fitted="1C 10 degC",
-          held_out="2C 10 degC"),
-    Entry(name="trial-h08", cell="lg_m50", kind=MISSTATED, fitted="0.5C 10 degC",
-          held_out="1C 10 degC", told_C=25.0),
+    Entry(name="trial-h05", cell="lg_m50", kind=ISOTHERMAL, fitted="1C 25 degC"),
+    Entry(name="trial-h06", cell="lg_m50", kind=ISOTHERMAL, fitted="1C 0 degC"),
+    Entry(name="trial-h07", cell="lg_m50", kind=ISOTHERMAL, fitted="1C 10 degC"),
+    Entry(name="trial-h08", cell="lg_m50", kind=MISSTATED, fitted="0.5C 10 degC", told_C=25.0),
     Entry(name="trial-h09", cell="panasonic", kind=ISOTHERMAL, fitted="US06 25 degC"),
     Entry(name="trial-h10", cell="panasonic", kind=ISOTHERMAL, fitted="US06 10 degC"),
     Entry(name="trial-h11", cell="panasonic", kind=MISSTATED, fitted="US06 10 degC", told_C=25.0),
@@ -101,4 +101,7 @@ ENTRIES = (
     Entry(name="trial-h26", cell="leaf", kind=MISSTATED, fitted="pulses 10 degC", told_C=25.0),
     Entry(name="trial-h27", cell="leaf", kind=MISSTATED, fitted="pulses 40 degC", told_C=25.0),
     Entry(name="trial-h28", cell="melasta", kind=ISOTHERMAL, fitted="2C", held_out="5C"),
+    Entry(name="trial-h29", cell="lg_m50", kind=ISOTHERMAL, fitted="2C 25 degC"),
+    Entry(name="trial-h30", cell="lg_m50", kind=ISOTHERMAL, fitted="2C 0 degC"),
+    Entry(name="trial-h31", cell="lg_m50", kind=ISOTHERMAL, fitted="2C 10 degC"),
 )  # fmt: skip

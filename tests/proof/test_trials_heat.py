@@ -166,3 +166,9 @@ def test_the_potential_of_the_leaf_falls_as_the_electrode_fills() -> None:
     assert 0.98 < at_rest < 0.995
     told_C = (at_rest - rest_soc(pack.cell, float(rest_V[2]))) * pack.capacity_C
     assert told_C == pytest.approx(drawn_C[2], rel=0.05)
+
+
+def test_a_concealed_temperature_is_asked_of_one_mount() -> None:
+    rates = [e for e in ENTRIES if e.cell == "lg_m50" and "temperature" in KINDS[e.kind]]
+    assert len(rates) == 7
+    assert not any(e.held_out for e in rates), "of its file each rate is another cell's"
