@@ -26,9 +26,7 @@ little then and changes from sample to sample nearly all, and these are for a go
 the recorded current: a twin that answers to it less, a colder one with its Tafel kinetics, would
 look better. Of a pack 8 K too cold at 10 Hz, nothing else, 20 mV stated: -8.5 to -9.1 K and 17 to
 39 mV left held out by samples, -8.1 to -8.2 K and 4 to 6 mV by means."""
-BLOCKS = 7
-"""Of a single recording, every second one held out. An odd number: what shows as a battery empties,
-as a weak cell does, is in the last block alone, and no fit could know of it were that held out."""
+BLOCKS = 6  # of a single recording; the even ones are held out
 GAP_S = 5.0  # between blocks, longer than what is remembered in the fast part of a residual
 SHARPER = 0.9  # of the noise that was thought
 LEAST_SAMPLES = 50

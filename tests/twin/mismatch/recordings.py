@@ -30,7 +30,7 @@ def flown(
 ) -> Flight:
     """One flight of that pack with `truth` in it, as a sensor and an autopilot record it."""
     random = np.random.default_rng(seed)
-    load = reference_flight(2.2, mean=8.0, peak=16.0, duration_s=max(seconds, 120.0), seed=seed)
+    load = reference_flight(2.2, mean=8.0, peak=16.0, duration_s=120.0, seed=seed)
     n = int(10 * seconds) + 1
     true = Load(time_s=load.time_s[:n], current_A=load.current_A[:n])
     solution = simulate(replace(pack(), effects=tuple(truth)), true).require()
