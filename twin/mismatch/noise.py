@@ -1,14 +1,14 @@
 """The noise of a recording, and residuals freed of all that noise and the twin's own error explain.
 
 What differs by chance: white noise of the voltage (with its steps, and the current's noise through
-the resistance), estimated from the recording. What differs without meaning: the twin is never
-exact; its own error wanders slowly, and of a calibrated twin a share of it is one of losses, which
-follows the current. Filtered by what is known of both, residuals become numbers that are
-independent and have variance 1 if nothing else is in them.
+the resistance), estimated from the recording, and what the charge drawn is off by (`charge`). What
+differs without meaning: the twin is never exact; its own error wanders slowly, and of a calibrated
+twin a share of it is one of losses, which follows the current. Filtered by what is known of all
+these, residuals become numbers that are independent and have variance 1 if nothing else is in them.
 
-Source of the filter: the Kalman filter of Ornstein-Uhlenbeck processes seen in white noise, which
-knows nothing before the first sample but how far they wander, and in a gap forgets as they do
-(Anderson, Moore, Optimal Filtering, 1979, chapter 4).
+Source of the filter: the Kalman filter of Ornstein-Uhlenbeck processes, and of a random walk, seen
+in white noise, which knows nothing before the first sample but how far they wander, and in a gap
+forgets as they do (Anderson, Moore, Optimal Filtering, 1979, chapter 4).
 """
 
 from dataclasses import dataclass
@@ -109,7 +109,7 @@ class Whitener:
         at: (j,) which samples of the recording are judged.
         first: (m,) where in `at` each mean begins.
         noise: what is expected of a sample.
-        bands: (4, 3 m) of the filter, see `_bands`.
+        bands: of the filter, see `_bands`.
         deviation_V: (m,) of each mean, by those before it.
     """
 
@@ -132,27 +132,73 @@ class Whitener:
         if not self.at.size:
             return columns[self.at]
         x = means_from(columns[self.at], self.first)
-        given = np.zeros((3 * x.shape[0], x.shape[1]))
-        given[2::3] = x
-        innovations = solve_banded((3, 0), self.bands, given)[2::3]
+        below = self.bands.shape[0] - 1
+        given = np.zeros((below * x.shape[0], x.shape[1]))
+        given[below - 1 :: below] = x
+        innovations = solve_banded((below, 0), self.bands, given)[below - 1 :: below]
         white = np.asarray(innovations / self.deviation_V[:, None])
         return tamed(white) if self.noise.heavy_tailed else white
 
 
 def whitener(
-    time_s: FloatArray, judged: BoolArray, noise: Noise, current_A: FloatArray | None = None
+    time_s: FloatArray,
+    judged: BoolArray,
+    noise: Noise,
+    current_A: FloatArray | None = None,
+    walk_V: FloatArray | None = None,
 ) -> Whitener:
-    """For one recording; `current_A` (n,) where part of the error follows it."""
+    """For one recording.
+
+    Args:
+        time_s: (n,) of its samples.
+        judged: (n,) which of them count.
+        noise: what is expected of them.
+        current_A: (n,) where part of the twin's own error follows it.
+        walk_V: (n,) by how much the voltage moves with what the charge drawn is off after a second
+            (`charge.walk_V`), which is forgotten never and grows as a random walk does.
+    """
     at = np.flatnonzero(judged)
     first = _taken_together(time_s[at], noise.together_s)
-    keep = np.exp(-np.diff(time_s[at][first]) / noise.slow_s)
-    drive = np.zeros(first.size)
-    if current_A is not None and at.size:
-        drive = means_from(current_A[at], first)
-    drive = drive * sqrt(drive.size) / max(float(np.linalg.norm(drive)), np.finfo(float).tiny)
+    t, size = time_s[at][first], first.size
+    drive = np.zeros(size) if current_A is None else means_from(current_A[at], first)
+    drive = drive * sqrt(size) / max(float(np.linalg.norm(drive)), np.finfo(float).tiny)
+    walk = np.zeros(size) if walk_V is None else means_from(walk_V[at], first)
+    dt = np.diff(t)
+    kept = np.exp(-dt / noise.slow_s)
+    begun, forgot = np.array([noise.slow_V**2, noise.along_V**2]), 1.0 - kept**2
+    states = _States(
+        drive=np.column_stack([np.ones(size), drive, walk]),
+        begun=np.append(begun, t[0] - time_s[0] if size else 0.0),
+        keep=np.column_stack([kept, kept, np.ones(dt.size)]),
+        added=np.column_stack([np.outer(forgot, begun), dt]),
+    ).needed()
     white = noise.white_V**2 / np.diff(np.append(first, at.size))
-    gains, deviation_V = _gains(keep, drive, white, noise)
-    return Whitener(at, first, noise, _bands(keep, drive, gains), deviation_V)
+    gains, deviation_V = _gains(states, white)
+    return Whitener(at, first, noise, _bands(states, gains), deviation_V)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _States:
+    """What wanders beneath m samples, each of p parts by itself.
+
+    Attributes:
+        drive: (m, p) of each part in a sample.
+        begun: (p,) variance at the first.
+        keep: (m - 1, p) of it from a sample to the next.
+        added: (m - 1, p) to its variance.
+    """
+
+    drive: FloatArray
+    begun: FloatArray
+    keep: FloatArray
+    added: FloatArray
+
+    def needed(self) -> "_States":
+        """Those parts that are in any sample."""
+        some = np.any(self.drive != 0.0, axis=0) & ((self.begun > 0) | np.any(self.added > 0, 0))
+        return _States(
+            self.drive[:, some], self.begun[some], self.keep[:, some], self.added[:, some]
+        )
 
 
 def _taken_together(time_s: FloatArray, together_s: float) -> npt.NDArray[np.int64]:
@@ -173,44 +219,38 @@ def means_from(values: FloatArray, first: npt.NDArray[np.int64]) -> FloatArray:
     return np.asarray(np.add.reduceat(values, first, axis=0) / counts)
 
 
-def _gains(
-    keep: FloatArray, drive: FloatArray, white: FloatArray, noise: Noise
-) -> tuple[FloatArray, FloatArray]:
-    """(m, 2) of the two parts by an innovation, and its deviation (m,): Riccati's recursion.
+def _gains(states: _States, white: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """(m, p) of each part by an innovation, and its deviation (m,): Riccati's recursion.
 
-    a, b, c: variances of the slow part, of both together and of the one along the current, before a
-    sample is seen; each returns to what it is when nothing is known. `white` (m,): of each the
-    variance of its white noise [V2].
+    `white` (m,): of each sample the variance of its white noise [V2].
     """
-    a0, c0 = noise.slow_V**2, noise.along_V**2
-    a, b, c = a0, 0.0, c0
-    gains, variance = np.empty((drive.size, 2)), np.empty(drive.size)
-    kept2 = [*(keep**2).tolist(), 0.0]
-    for k, (h, w) in enumerate(zip(drive.tolist(), white.tolist(), strict=True)):
-        slow, along = a + h * b, b + h * c
-        whole = slow + h * along + w
-        variance[k] = whole
-        gains[k] = slow / whole, along / whole
-        k2 = kept2[k]
-        a = k2 * (a - slow * slow / whole) + (1 - k2) * a0
-        b = k2 * (b - slow * along / whole)
-        c = k2 * (c - along * along / whole) + (1 - k2) * c0
+    gains, variance = np.empty(states.drive.shape), np.empty(white.size)
+    known = np.diag(states.begun)  # covariance of the parts before a sample is seen
+    keep = states.keep[:, :, None] * states.keep[:, None, :]
+    for k, (drive, noise) in enumerate(zip(states.drive, white.tolist(), strict=True)):
+        along = known @ drive
+        variance[k] = drive @ along + noise
+        gains[k] = along / variance[k]
+        if k < keep.shape[0]:
+            known = keep[k] * (known - gains[k][:, None] * along)
+            known.flat[:: known.shape[0] + 1] += states.added[k]
     return gains, np.sqrt(variance)
 
 
-def _bands(keep: FloatArray, drive: FloatArray, gains: FloatArray) -> FloatArray:
-    """(4, 3 m): the filter as equations, one after the other; row j is j below the diagonal.
+def _bands(states: _States, gains: FloatArray) -> FloatArray:
+    """(p + 2, (p + 1) m): the filter as equations in turn; row j is j below the diagonal.
 
-    For each sample x in turn: what is expected of the slow part s and of the one along the current
-    l, and the innovation e,
-    s[n] = keep (s[n-1] + gain_s e[n-1]), l[n] = keep (l[n-1] + gain_l e[n-1]),
-    e[n] = x[n] - s[n] - drive[n] l[n].
+    For each sample x in turn: what is expected of each part s, and the innovation e,
+    s[n] = keep (s[n-1] + gain e[n-1]), e[n] = x[n] - sum of drive[n] s[n].
     """
-    bands = np.zeros((4, 3 * drive.size))
+    size, parts = states.drive.shape
+    every = parts + 1
+    bands = np.zeros((parts + 2, every * size))
     bands[0] = 1.0
-    bands[2, 0::3], bands[1, 1::3] = 1.0, drive
-    bands[3, 0:-3:3] = bands[3, 1:-3:3] = -keep
-    bands[1, 2:-3:3], bands[2, 2:-3:3] = -keep * gains[:-1].T
+    for k in range(parts):
+        bands[parts - k, k::every] = states.drive[:, k]
+        bands[every, k:-every:every] = -states.keep[:, k]
+        bands[k + 1, parts:-every:every] = -states.keep[:, k] * gains[:-1, k]
     return bands
 
 

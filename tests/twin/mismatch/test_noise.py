@@ -86,18 +86,24 @@ def test_a_long_gap_begins_anew_and_a_short_one_does_not(random: np.random.Gener
         assert (np.abs(both[100:] - late).max() < 1e-9) == anew
 
 
-@pytest.mark.parametrize("along_V", [0.0, 30e-3])
-def test_uneven_samples_are_freed_as_even_ones(random: np.random.Generator, along_V: float) -> None:
+@pytest.mark.parametrize(("along_V", "walks"), [(0.0, 0.0), (30e-3, 0.0), (0.0, 1.0), (30e-3, 1.0)])
+def test_uneven_samples_are_freed_as_even_ones(
+    random: np.random.Generator, along_V: float, walks: float
+) -> None:
     """Covariance of the process at any times and currents, by its Cholesky factor: exact."""
     noise = Noise(white_V=2e-3, slow_V=20e-3, slow_s=200.0, along_V=along_V)
-    time_s = np.cumsum(random.choice([0.5, 5.0, 60.0, 600.0], 60)).astype(np.float64)
-    current_A = random.normal(10.0, 20.0, 60)
-    drive = current_A / np.sqrt(np.mean(current_A**2))
+    time_s = np.cumsum(random.choice([0.5, 5.0, 60.0, 600.0], 70)).astype(np.float64)
+    judged = np.arange(70) >= 10  # the charge is off by what was drawn before, too
+    current_A, walk_V = random.normal(10.0, 20.0, 70), walks * random.normal(0.0, 1e-3, 70)
+    t, current, walk = time_s[judged], current_A[judged], walk_V[judged]
+    drive = current / np.sqrt(np.mean(current**2))
     covariance = noise.slow_V**2 + along_V**2 * drive[:, None] * drive
-    covariance *= np.exp(-np.abs(time_s[:, None] - time_s) / noise.slow_s)
-    covariance += noise.white_V**2 * np.eye(time_s.size)
-    root = np.linalg.cholesky(covariance).astype(np.float64)
-    freed = whitener(time_s, np.ones(60, dtype=bool), noise, current_A)(root)
+    covariance *= np.exp(-np.abs(t[:, None] - t) / noise.slow_s)
+    covariance += walk[:, None] * walk * (np.minimum(t[:, None], t) - time_s[0])
+    covariance += noise.white_V**2 * np.eye(t.size)
+    root = np.zeros((70, t.size))
+    root[judged] = np.linalg.cholesky(covariance).astype(np.float64)
+    freed = whitener(time_s, judged, noise, current_A, walk_V)(root)
     assert np.abs(freed @ freed.T - np.eye(60)).max() < 1e-9
 
 

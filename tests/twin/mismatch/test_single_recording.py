@@ -1,0 +1,33 @@
+"""One flight until a battery is empty: what shows at its end alone, and what must not."""
+
+import pytest
+
+from benchmarks.single_flights import flown
+from twin.effects import AnyEffect, SeriesResistance, WeakCell
+from twin.mismatch import Verdict, explain
+from twin.mismatch.hypothesis import HYPOTHESES
+
+FEW = [
+    h
+    for h in HYPOTHESES
+    if h.id in ("series_resistance", "solid_diffusion_negative", "weak_cell", "current_gain")
+]
+
+
+@pytest.mark.parametrize("seed", [7, 20, 21, 22])
+def test_a_thinned_current_is_no_physics_where_a_battery_empties(seed: int) -> None:
+    """Without what its charge is off by, the first has a diffusion of 1.016, the last no name."""
+    assert explain([flown(None, seed)], hypotheses=FEW).verdict is Verdict.NONE
+
+
+@pytest.mark.parametrize(
+    "truth", [WeakCell(capacity_factor=0.93), SeriesResistance(resistance_ohm=0.004)]
+)
+def test_what_shows_at_the_end_is_named(truth: AnyEffect) -> None:
+    finding = explain([flown(truth, 0)], hypotheses=FEW)
+    assert finding.verdict is Verdict.NAMED
+    (effect,) = finding.effects
+    assert effect.id == truth.id
+    for number in effect.parameters:
+        assert abs(number.value - getattr(truth, number.name)) < 4 * number.std
+    assert finding.errors.held_out_after < 1.2 * finding.errors.noise
