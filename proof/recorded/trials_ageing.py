@@ -23,6 +23,7 @@ import numpy as np
 from proof.capacity import CURRENT, EMPTY
 from proof.question import Question, Recording
 from proof.recorded.calibrated import Calibrated
+from proof.recorded.instruments import by_cycler
 from proof.recorded.measured import NotHere, RealTest
 from proof.recorded.replay import whole_V
 from proof.recorded.vtc6 import DRAWN_A, Life, fresh, life
@@ -61,7 +62,7 @@ def _made(ages: tuple[int, int], folder: Path, cache: Path) -> tuple[Question, T
     first, later = (_until_empty(t) for t in tests)
     floor_V = error_of(base, own)
     question = Question(
-        pack=base.pack,
+        pack=by_cycler(base.pack),
         ambient_K=base.pack.initial_K,
         fitted=(_recording(first, "recording-1"),),
         held_out=(_recording(later, "recording-2"),),

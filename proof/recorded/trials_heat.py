@@ -12,6 +12,7 @@ from proof.question import Recording as Given
 from proof.recorded.base import Base, start_soc
 from proof.recorded.heat_bases import CELLS
 from proof.recorded.heat_list import ENTRIES, Entry, Kind
+from proof.recorded.instruments import by_cycler
 from proof.recorded.measured import NotHere, RealTest
 from proof.recorded.replay import whole_V
 from proof.recorded.trials_ageing import LOSSES, WITH_AGE
@@ -80,7 +81,7 @@ def _question(entry: Entry, base: Base, soc: float, tests: Sequence[RealTest]) -
         for k, t in enumerate(tests)
     ]
     return Question(
-        pack=replace(pack, initial_soc=soc, initial_K=told_K),
+        pack=by_cycler(replace(pack, initial_soc=soc, initial_K=told_K)),
         ambient_K=told_K,
         fitted=tuple(given[:1]),
         held_out=tuple(given[1:]),

@@ -29,6 +29,7 @@ import numpy.typing as npt
 from proof.question import Question, Recording
 from proof.recorded.base import rest_soc
 from proof.recorded.heat_bases import CELLS
+from proof.recorded.instruments import by_cycler
 from proof.recorded.leaf_module import PARALLEL, SERIES, Cells, module
 from proof.recorded.measured import NotHere, RealTest, recording
 from proof.recorded.trials_ageing import LOSSES, missed
@@ -86,7 +87,7 @@ def _leaf(folder: Path, cache: Path) -> tuple[Question, Truth]:
             SelfHeating(heat_transfer_W_m2_K=STILL_AIR_W_m2_K),
         ),
     )
-    return _asked(pack, cells, floor_V, pack.initial_K, shown), _truth(
+    return _asked(by_cycler(pack), cells, floor_V, pack.initial_K, shown), _truth(
         pack,
         cells,
         floor_V,
