@@ -45,13 +45,13 @@ FLOWN = 0.995  # of the samples until the pack is empty
 EVERY = 2  # of samples at 10 Hz
 
 
-def flown(truth: AnyEffect | None, seed: int) -> Flight:
-    """As a sensor and an autopilot record it."""
+def flown(truth: AnyEffect | None, seed: int, every: int = EVERY) -> Flight:
+    """As a sensor and an autopilot record it, `every` so many samples at 10 Hz."""
     random = np.random.default_rng(seed)
     whole = flight(2.2, mean=8.0, peak=16.0, duration_s=LONGEST_S, seed=seed)
     drawn = Load(time_s=whole.time_s, current_A=whole.current_A)
     true = simulate(replace(pack(), effects=() if truth is None else (truth,)), drawn)
-    own = slice(0, int(FLOWN * true.time_s.size), EVERY)
+    own = slice(0, int(FLOWN * true.time_s.size), every)
     time_s = true.time_s[own]
     current_A = drawn.current_A[own] + random.normal(0.0, NOISE_A, time_s.size)
     return Flight(

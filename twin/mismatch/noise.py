@@ -1,7 +1,7 @@
 """The noise of a recording, and residuals freed of all that noise and the twin's own error explain.
 
 What differs by chance: white noise of the voltage (with its steps, and the current's noise through
-the resistance), estimated from the recording, and what the charge drawn is off by (`charge`). What
+the resistance), estimated from the recording, and what flowed between its samples (`unseen`). What
 differs without meaning: the twin is never exact; its own error wanders slowly, and of a calibrated
 twin a share of it is one of losses, which follows the current. Filtered by what is known of all
 these, residuals become numbers that are independent and have variance 1 if nothing else is in them.
@@ -11,6 +11,7 @@ in white noise, which knows nothing before the first sample but how far they wan
 forgets as they do (Anderson, Moore, Optimal Filtering, 1979, chapter 4).
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from math import hypot, sqrt
 
@@ -53,6 +54,21 @@ class Noise:
     def own_V(self) -> float:
         """The twin's own error, both parts."""
         return hypot(self.slow_V, self.along_V)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Unseen:
+    """Standard deviations of a voltage by what flowed between the samples.
+
+    Attributes:
+        walk_V: (n,) by what the charge is off after a second; it grows as a random walk does.
+        quick_V: (n,) by what surfaces answer beyond that.
+        quick_s: time over which they forget.
+    """
+
+    walk_V: FloatArray
+    quick_V: FloatArray
+    quick_s: float
 
 
 def white_V(residual_V: FloatArray, current_A: FloatArray, period_s: float) -> float:
@@ -145,7 +161,7 @@ def whitener(
     judged: BoolArray,
     noise: Noise,
     current_A: FloatArray | None = None,
-    walk_V: FloatArray | None = None,
+    between: Unseen | None = None,
 ) -> Whitener:
     """For one recording.
 
@@ -154,51 +170,51 @@ def whitener(
         judged: (n,) which of them count.
         noise: what is expected of them.
         current_A: (n,) where part of the twin's own error follows it.
-        walk_V: (n,) by how much the voltage moves with what the charge drawn is off after a second
-            (`charge.walk_V`), which is forgotten never and grows as a random walk does.
+        between: what flowed between them.
     """
     at = np.flatnonzero(judged)
     first = _taken_together(time_s[at], noise.together_s)
     t, size = time_s[at][first], first.size
     drive = np.zeros(size) if current_A is None else means_from(current_A[at], first)
     drive = drive * sqrt(size) / max(float(np.linalg.norm(drive)), np.finfo(float).tiny)
-    walk = np.zeros(size) if walk_V is None else means_from(walk_V[at], first)
     dt = np.diff(t)
-    kept = np.exp(-dt / noise.slow_s)
-    begun, forgot = np.array([noise.slow_V**2, noise.along_V**2]), 1.0 - kept**2
-    states = _States(
-        drive=np.column_stack([np.ones(size), drive, walk]),
-        begun=np.append(begun, t[0] - time_s[0] if size else 0.0),
-        keep=np.column_stack([kept, kept, np.ones(dt.size)]),
-        added=np.column_stack([np.outer(forgot, begun), dt]),
-    ).needed()
+    wanders = [
+        _wanders(np.ones(size), dt, noise.slow_s, noise.slow_V),
+        _wanders(drive, dt, noise.slow_s, noise.along_V),
+    ]
+    if between is not None and size:
+        walk, quick = (means_from(v[at], first) for v in (between.walk_V, between.quick_V))
+        wanders += [
+            _State(walk, float(t[0] - time_s[0]), np.ones(dt.size), dt),
+            _wanders(quick, dt, between.quick_s, 1.0),
+        ]
+    states = [s for s in wanders if s.drive.any() and (s.begun or s.added.any())]
     white = noise.white_V**2 / np.diff(np.append(first, at.size))
     gains, deviation_V = _gains(states, white)
     return Whitener(at, first, noise, _bands(states, gains), deviation_V)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class _States:
-    """What wanders beneath m samples, each of p parts by itself.
+class _State:
+    """One thing that wanders beneath m samples.
 
     Attributes:
-        drive: (m, p) of each part in a sample.
-        begun: (p,) variance at the first.
-        keep: (m - 1, p) of it from a sample to the next.
-        added: (m - 1, p) to its variance.
+        drive: (m,) of it in each of them.
+        begun: its variance at the first.
+        keep: (m - 1,) of it from a sample to the next.
+        added: (m - 1,) to its variance.
     """
 
     drive: FloatArray
-    begun: FloatArray
+    begun: float
     keep: FloatArray
     added: FloatArray
 
-    def needed(self) -> "_States":
-        """Those parts that are in any sample."""
-        some = np.any(self.drive != 0.0, axis=0) & ((self.begun > 0) | np.any(self.added > 0, 0))
-        return _States(
-            self.drive[:, some], self.begun[some], self.keep[:, some], self.added[:, some]
-        )
+
+def _wanders(drive: FloatArray, dt: FloatArray, memory_s: float, size: float) -> _State:
+    """An Ornstein-Uhlenbeck process of such a standard deviation."""
+    keep = np.exp(-dt / memory_s)
+    return _State(drive, size**2, keep, size**2 * (1.0 - keep**2))
 
 
 def _taken_together(time_s: FloatArray, together_s: float) -> npt.NDArray[np.int64]:
@@ -219,38 +235,44 @@ def means_from(values: FloatArray, first: npt.NDArray[np.int64]) -> FloatArray:
     return np.asarray(np.add.reduceat(values, first, axis=0) / counts)
 
 
-def _gains(states: _States, white: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """(m, p) of each part by an innovation, and its deviation (m,): Riccati's recursion.
+def _gains(states: Sequence[_State], white: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """(m, p) of each of p states by an innovation, and its deviation (m,): Riccati's recursion.
 
     `white` (m,): of each sample the variance of its white noise [V2].
     """
-    gains, variance = np.empty(states.drive.shape), np.empty(white.size)
-    known = np.diag(states.begun)  # covariance of the parts before a sample is seen
-    keep = states.keep[:, :, None] * states.keep[:, None, :]
-    for k, (drive, noise) in enumerate(zip(states.drive, white.tolist(), strict=True)):
+    drives = _columns([s.drive for s in states], white.size)
+    added = _columns([s.added for s in states], white.size - 1)
+    keep = _columns([s.keep for s in states], white.size - 1)
+    keeps = keep[:, :, None] * keep[:, None, :]
+    gains, variance = np.empty(drives.shape), np.empty(white.size)
+    known = np.diag([s.begun for s in states])  # their covariance before a sample is seen
+    for k, (drive, own) in enumerate(zip(drives, white.tolist(), strict=True)):
         along = known @ drive
-        variance[k] = drive @ along + noise
+        variance[k] = drive @ along + own
         gains[k] = along / variance[k]
-        if k < keep.shape[0]:
-            known = keep[k] * (known - gains[k][:, None] * along)
-            known.flat[:: known.shape[0] + 1] += states.added[k]
+        if k < keeps.shape[0]:
+            known = keeps[k] * (known - gains[k][:, None] * along)
+            known.flat[:: known.shape[0] + 1] += added[k]
     return gains, np.sqrt(variance)
 
 
-def _bands(states: _States, gains: FloatArray) -> FloatArray:
+def _columns(of_states: Sequence[FloatArray], size: int) -> FloatArray:
+    return np.array(of_states).reshape(len(of_states), max(size, 0)).T
+
+
+def _bands(states: Sequence[_State], gains: FloatArray) -> FloatArray:
     """(p + 2, (p + 1) m): the filter as equations in turn; row j is j below the diagonal.
 
-    For each sample x in turn: what is expected of each part s, and the innovation e,
+    For each sample x in turn: what is expected of each state s, and the innovation e,
     s[n] = keep (s[n-1] + gain e[n-1]), e[n] = x[n] - sum of drive[n] s[n].
     """
-    size, parts = states.drive.shape
-    every = parts + 1
-    bands = np.zeros((parts + 2, every * size))
+    parts, every = len(states), len(states) + 1
+    bands = np.zeros((parts + 2, every * gains.shape[0]))
     bands[0] = 1.0
-    for k in range(parts):
-        bands[parts - k, k::every] = states.drive[:, k]
-        bands[every, k:-every:every] = -states.keep[:, k]
-        bands[k + 1, parts:-every:every] = -states.keep[:, k] * gains[:-1, k]
+    for k, state in enumerate(states):
+        bands[parts - k, k::every] = state.drive
+        bands[every, k:-every:every] = -state.keep
+        bands[k + 1, parts:-every:every] = -state.keep * gains[:-1, k]
     return bands
 
 

@@ -6,11 +6,11 @@ from math import sqrt
 
 import numpy as np
 
-from twin.mismatch.charge import walk_V
 from twin.mismatch.fit import Data, Fitted
 from twin.mismatch.flight import BoolArray, Flight, FloatArray, MismatchError
 from twin.mismatch.noise import Noise, Whitener, step_V, white_V, whitener
 from twin.mismatch.problem import Problem
+from twin.mismatch.unseen import unseen
 from twin.pack import Pack
 from twin.simulate import simulate
 
@@ -103,9 +103,9 @@ def whitened(flight: Flight, slow_V: float | None) -> tuple[Flight, Whitener]:
 
 
 def _whitener(flight: Flight, noise: Noise, pack: Pack | None = None) -> Whitener:
-    """`pack`: the twin that says how the voltage moves with the charge; that as configured."""
-    moves_V = walk_V(pack or flight.pack, flight.load)
-    return whitener(flight.time_s, flight.judged, noise, flight.load.current_A, moves_V)
+    """`pack`: the twin that says how a voltage moves with what is unseen; that as configured."""
+    between = unseen(pack or flight.pack, flight.load)
+    return whitener(flight.time_s, flight.judged, noise, flight.load.current_A, between)
 
 
 def sharpened(data: Data, best: Fitted) -> Data | None:

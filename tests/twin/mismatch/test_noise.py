@@ -6,6 +6,7 @@ import pytest
 from twin.mismatch.noise import (
     HUBER,
     Noise,
+    Unseen,
     correlation_time,
     step_V,
     tamed,
@@ -94,16 +95,23 @@ def test_uneven_samples_are_freed_as_even_ones(
     noise = Noise(white_V=2e-3, slow_V=20e-3, slow_s=200.0, along_V=along_V)
     time_s = np.cumsum(random.choice([0.5, 5.0, 60.0, 600.0], 70)).astype(np.float64)
     judged = np.arange(70) >= 10  # the charge is off by what was drawn before, too
-    current_A, walk_V = random.normal(10.0, 20.0, 70), walks * random.normal(0.0, 1e-3, 70)
-    t, current, walk = time_s[judged], current_A[judged], walk_V[judged]
+    current_A = random.normal(10.0, 20.0, 70)
+    between = Unseen(
+        walk_V=walks * random.normal(0.0, 1e-3, 70),
+        quick_V=walks * random.uniform(0.0, 20e-3, 70),
+        quick_s=3.0,
+    )
+    t, current = time_s[judged], current_A[judged]
+    walk, quick = between.walk_V[judged], between.quick_V[judged]
     drive = current / np.sqrt(np.mean(current**2))
     covariance = noise.slow_V**2 + along_V**2 * drive[:, None] * drive
     covariance *= np.exp(-np.abs(t[:, None] - t) / noise.slow_s)
     covariance += walk[:, None] * walk * (np.minimum(t[:, None], t) - time_s[0])
+    covariance += quick[:, None] * quick * np.exp(-np.abs(t[:, None] - t) / between.quick_s)
     covariance += noise.white_V**2 * np.eye(t.size)
     root = np.zeros((70, t.size))
     root[judged] = np.linalg.cholesky(covariance).astype(np.float64)
-    freed = whitener(time_s, judged, noise, current_A, walk_V)(root)
+    freed = whitener(time_s, judged, noise, current_A, between)(root)
     assert np.abs(freed @ freed.T - np.eye(60)).max() < 1e-9
 
 

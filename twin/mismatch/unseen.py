@@ -1,0 +1,105 @@
+"""What flowed between the samples of a current, and what it did to the voltage.
+
+Between two samples of a current that never rests the straight line has another mean than the
+current. The errors of the intervals are as good as independent, so that the charge drawn so far is
+off by a random walk: nothing in mid discharge, and the first of all errors where a cell is nearly
+empty and its voltage falls as from a cliff. And until a particle has spread what it gave, its
+surface answers by more: that is forgotten within seconds.
+"""
+
+from dataclasses import replace
+from math import log, sqrt
+
+import numpy as np
+
+from twin.load import Between, Load
+from twin.mismatch.flight import FloatArray
+from twin.mismatch.noise import Unseen
+from twin.mismatch.problem import beyond_cut_offs, parallel
+from twin.pack import Pack
+from twin.simulate import simulate
+
+SOC_STEP = 1e-4
+CURRENTS = 4
+"""That may as well have flowed; a surface answers by what the twin says of so many."""
+AS_LARGE = 5  # samples in turn, over which that is averaged
+KEPT = (0.01, 0.99)  # of it from one sample to the next, least and most
+
+
+def unseen(pack: Pack, load: Load) -> Unseen | None:
+    """By the twin `pack`; None if nothing is unseen, or the twin is empty at once."""
+    off_C, wide = walk_C(load), beyond_cut_offs(pack)
+    if not off_C:
+        return None
+    as_is_V = simulate(wide, load).voltage_V
+    per_C = _per_coulomb(wide, load, as_is_V)
+    if per_C.size < AS_LARGE:
+        return None
+    random, dt = np.random.default_rng(0), np.diff(load.time_s)
+    ways_C = off_C * np.sqrt(dt) * random.standard_normal((CURRENTS, dt.size))
+
+    def quick(drawn_C: FloatArray) -> FloatArray:
+        done_V = simulate(wide, _with_between(load, drawn_C)).voltage_V[::2]
+        walked_C, n = np.append(0.0, np.cumsum(drawn_C)), min(done_V.size, per_C.size)
+        out = np.zeros(per_C.size)
+        out[:n] = done_V[:n] - as_is_V[:n] + walked_C[:n] * per_C[:n]
+        return out
+
+    quick_V = np.array(parallel(quick, list(ways_C)))
+    squares = np.convolve(np.mean(quick_V**2, axis=0), np.ones(AS_LARGE) / AS_LARGE, mode="same")
+    size_V = np.sqrt(np.maximum(squares, np.finfo(float).tiny))
+    follows = np.mean(quick_V[:, 1:] * quick_V[:, :-1], axis=0) / (size_V[1:] * size_V[:-1])
+    kept = min(max(float(np.mean(follows)), KEPT[0]), KEPT[1])
+    rest = load.time_s.size - per_C.size
+    return Unseen(
+        walk_V=off_C * np.append(per_C, np.full(rest, per_C[-1])),
+        quick_V=np.append(size_V, np.full(rest, size_V[-1])),
+        quick_s=float(np.median(dt)) / -log(kept),
+    )
+
+
+def walk_C(load: Load) -> float:
+    """What the charge drawn is off by after a second, standard deviation [C].
+
+    Taking every other sample only changes the charge of the intervals; from there to every fourth
+    it changes again, by more. As much as from a fourth to a half it changes from the half to the
+    whole, it does from the whole to the current itself, but no more than from the half (of a
+    current that is nothing but noise from sample to sample). Nothing where the steps were
+    programmed.
+    """
+    if load.between is Between.HOLD or load.time_s.size < 2:
+        return 0.0
+    whole, half, fourth = (_thinned(load, every) for every in (1, 2, 4))
+    nearer, further = (_changed_C2(a, b) for a, b in ((whole, half), (half, fourth)))
+    variance_C2 = nearer * min(1.0, nearer / further) if further > 0 else nearer
+    return sqrt(variance_C2 / float(load.time_s[-1] - load.time_s[0]))
+
+
+def _per_coulomb(pack: Pack, load: Load, as_is_V: FloatArray) -> FloatArray:
+    """(m,) by how much a voltage (n,) is lower when the pack has given a coulomb more, m <= n."""
+    less = replace(pack, initial_soc=pack.initial_soc - min(SOC_STEP, pack.initial_soc / 2))
+    lower_V = simulate(less, load).voltage_V
+    n = min(as_is_V.size, lower_V.size)
+    whole_C = pack.scale * pack.parallel * pack.cell.nominal_capacity_C
+    change_V = as_is_V[:n] - lower_V[:n]
+    return np.asarray(change_V / ((pack.initial_soc - less.initial_soc) * whole_C))
+
+
+def _with_between(load: Load, drawn_C: FloatArray) -> Load:
+    """The same at its samples, with so much more drawn between them."""
+    dt = np.diff(load.time_s)
+    time_s, current_A = (np.zeros(2 * load.time_s.size - 1) for _ in range(2))
+    time_s[::2], current_A[::2] = load.time_s, load.current_A
+    time_s[1::2] = load.time_s[:-1] + dt / 2
+    current_A[1::2] = (load.current_A[:-1] + load.current_A[1:]) / 2 + 2 * drawn_C / dt
+    return replace(load, time_s=time_s, current_A=current_A)
+
+
+def _thinned(load: Load, every: int) -> Load:
+    return replace(load, time_s=load.time_s[::every], current_A=load.current_A[::every])
+
+
+def _changed_C2(load: Load, thinner: Load) -> float:
+    """Squares of what the intervals of every other sample draw otherwise, all of them [C2]."""
+    both = load.drawn_C()[::2], thinner.drawn_C()
+    return float(np.sum(np.diff(both[0] - both[1]) ** 2))
