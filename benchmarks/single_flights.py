@@ -69,8 +69,9 @@ def main() -> None:
     for seed, truth in enumerate(TRUTHS):
         began_s, own = perf_counter(), flown(truth, seed)
         finding = explain([own])
-        named = ", ".join(
-            f"{e.id} " + " ".join(f"{p.name} {p.value:.4g} +- {p.std:.2g}" for p in e.parameters)
+        named = "; ".join(
+            " or ".join([e.id, *e.instead])
+            + "".join(f", {p.name} {p.value:.4g} +- {p.std:.2g}" for p in e.parameters)
             for e in finding.effects
         )
         errors = finding.errors
