@@ -28,6 +28,7 @@ from twin.step import StepModel
 FloatArray = npt.NDArray[np.float64]
 
 LIMIT_S = 60.0  # a run that takes longer hangs
+AGAIN_S = 1.0  # after which it is told so again
 WRONG = 1e-9  # relative error of lithium or charge that is a fault
 LITTLE = 1e-9  # below 0 (or above 1) by no more than this is rounding
 BOUNDED = {"left_n": 1.0, "left_p": 1.0, "trapped_n": 1.0, "trapped_p": 1.0, "porosity": 1.0}
@@ -133,13 +134,13 @@ def _impossible(model: StepModel, state: FloatArray) -> Iterator[str]:
 
 @contextmanager
 def time_limit(seconds: float) -> Iterator[None]:
-    """TimeoutError if the body takes longer."""
+    """TimeoutError if the body takes longer; again every AGAIN_S, should a callback swallow it."""
 
     def stop(*_: object) -> None:
         raise TimeoutError(f"not done after {seconds:.0f} s")
 
     before = signal.signal(signal.SIGALRM, stop)
-    signal.setitimer(signal.ITIMER_REAL, seconds)
+    signal.setitimer(signal.ITIMER_REAL, seconds, AGAIN_S)
     try:
         yield
     finally:
