@@ -192,7 +192,7 @@ def calibrate(**options: object) -> None:
     type=AnyFile,
     metavar="LOG",
     help="A recording of the same pack on which all is judged; may come several times. Without it "
-    "the last of several LOGs, or every second seventh of a single one.",
+    "the last of several LOGs, or every second of seven parts of a single one.",
 )
 @click.option("--pack", type=AnyFile, required=True, help="The pack, as pack.toml describes it.")
 @out("mismatch.json, explain.html and reveal.json there are replaced.")

@@ -77,12 +77,11 @@ def walk_C(load: Load) -> float:
 
 def _per_coulomb(pack: Pack, load: Load, as_is_V: FloatArray) -> FloatArray:
     """(m,) by how much a voltage (n,) is lower when the pack has given a coulomb more, m <= n."""
-    less = replace(pack, initial_soc=pack.initial_soc - min(SOC_STEP, pack.initial_soc / 2))
-    lower_V = simulate(less, load).voltage_V
-    n = min(as_is_V.size, lower_V.size)
+    step = SOC_STEP if pack.initial_soc < SOC_STEP else -SOC_STEP
+    moved_V = simulate(replace(pack, initial_soc=pack.initial_soc + step), load).voltage_V
+    n = min(as_is_V.size, moved_V.size)
     whole_C = pack.scale * pack.parallel * pack.cell.nominal_capacity_C
-    change_V = as_is_V[:n] - lower_V[:n]
-    return np.asarray(change_V / ((pack.initial_soc - less.initial_soc) * whole_C))
+    return np.asarray((moved_V[:n] - as_is_V[:n]) / (step * whole_C))
 
 
 def _with_between(load: Load, drawn_C: FloatArray) -> Load:

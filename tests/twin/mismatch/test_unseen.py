@@ -76,3 +76,12 @@ def test_a_pack_that_is_empty_on_the_way_moves_as_at_its_end_from_there() -> Non
         assert np.all(np.isfinite(values))
         assert values[-1] == values[-2] != 0.0
     assert unseen(replace(pack(), initial_soc=1e-6), load) is None
+
+
+def test_a_pack_that_starts_empty_has_no_error_that_is_no_number() -> None:
+    time_s = np.arange(0.0, 60.0, 0.2)
+    charged_A = np.random.default_rng(1).normal(-2.0, 0.5, time_s.size)
+    between = unseen(replace(pack(), initial_soc=0.0), Load(time_s=time_s, current_A=charged_A))
+    assert between is not None
+    assert np.all(np.isfinite([between.walk_V, between.quick_V]))
+    assert between.walk_V[-1] > 0.0
