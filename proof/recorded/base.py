@@ -8,7 +8,7 @@ there: a second run is the first.
 """
 
 import json
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from hashlib import sha256
 from pathlib import Path
@@ -16,8 +16,9 @@ from pathlib import Path
 import casadi as ca
 import numpy as np
 import numpy.typing as npt
-from scipy.optimize import brentq, minimize_scalar
+from scipy.optimize import brentq
 
+from proof.recorded.cooling import WHOLE, cooled, of_mount
 from proof.recorded.measured import RealTest, recorded_parts, rms_A, wide
 from twin.bpx_file import open_circuit_V
 from twin.bpx_out import write_bpx
@@ -36,14 +37,11 @@ from twin.load import Between, Load
 from twin.mismatch.tested import Tested, by_tests
 from twin.pack import Pack
 from twin.simulate import simulate
-from twin.solution import Solution, Status
 from twin.whole_file import write_whole
 
 FloatArray = npt.NDArray[np.float64]
 
 VERSION = 13  # of what is kept: raise it where the same inputs give another calibration
-COOLING_W_m2_K = (1.0, 200.0)  # looked for between still air and a clamp
-WHOLE = 0.5  # of the most that any test draws: a test that draws less shows no warming
 ALIKE = 0.8  # of a current: more is about as fast
 LEAST_TESTS = 2  # whole ones: one alone tells no losses
 RESTS = 0.02  # of the largest current: less is a rest, whose voltage is that of the open circuit
@@ -76,6 +74,7 @@ class Given:
         driven: tests to fit besides, whose current is straight from sample to sample; it holds in
             the others.
         only: parameters that are free; None all.
+        in_mount: by its name, whether a test was in the mount that the trial is in.
     """
 
     start: Pack
@@ -85,6 +84,7 @@ class Given:
     unseen: tuple[RealTest, ...] = ()
     asked_A: float = 0.0
     only: tuple[str, ...] | None = None
+    in_mount: Callable[[str], bool] = lambda _: True
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -94,8 +94,9 @@ class Base:
     Attributes:
         pack: isothermal, full, at ROOM_K; it states how it cools.
         series_resistance_ohm: that it has.
-        heat_transfer_W_m2_K: from its surface, by the temperature of the tests it was fitted to;
-            0 where none was measured.
+        heat_transfer_W_m2_K: from its surface in the mount of the trial, by the temperature of the
+            tests in it; of all tests it was fitted to, if none of them was in that mount; 0 where
+            none was measured.
         heat_transfer_std_W_m2_K: its standard error.
         warming_K: rms by which it misses these temperatures; 0 without any.
         full_soc: state of charge after the charge before its first test.
@@ -130,7 +131,8 @@ def base_of(given: Given, cache: Path) -> Base:
     """
     ways = [(_kept(g, cache), g) for g in (given, *without_faster(given))]
     base, own = min(ways, key=lambda way: way[0].error_V)
-    return replace(base, pack=replace(base.pack, standard_errors=_tested(own, base, cache)))
+    base = replace(base, pack=replace(base.pack, standard_errors=_tested(own, base, cache)))
+    return _in_mount(own, base)
 
 
 def without_faster(given: Given) -> Iterator[Given]:
@@ -236,14 +238,29 @@ def _tested(given: Given, base: Base, cache: Path) -> Tested:
 
 def _by_tests(given: Given, base: Base) -> Tested:
     pack = base.heated() if base.heat_transfer_W_m2_K else base.pack
+    return by_tests(_started(given, base, pack), base.error_V, only=given.only)
 
-    def started(test: RealTest, own: ReferenceTest) -> Pack:
+
+def _in_mount(given: Given, base: Base) -> Base:
+    """The same, cooled as in the mount of the trial, if a test in it was measured."""
+    own = [(t, pack) for t, pack in _started(given, base, base.pack) if given.in_mount(t.name)]
+    there = of_mount(own)
+    if there is None:
+        return base
+    value, std = there
+    pack = replace(base.pack, heat_transfer_W_m2_K=value, heat_transfer_std_W_m2_K=std)
+    return replace(base, pack=pack, heat_transfer_W_m2_K=value, heat_transfer_std_W_m2_K=std)
+
+
+def _started(given: Given, base: Base, pack: Pack) -> list[tuple[ReferenceTest, Pack]]:
+    """Each test that it was fitted to, and `pack` at its start."""
+
+    def start(test: RealTest, own: ReferenceTest) -> Pack:
         soc = start_soc(pack.cell, test, base.full_soc)
         return replace(pack, initial_soc=soc, initial_K=own.ambient_K)
 
     both = _as_fitted(given, ROOM_K)
-    own = [(reference, started(test, reference)) for test, reference in both]
-    return by_tests(own, base.error_V, only=given.only)
+    return [(reference, start(test, reference)) for test, reference in both]
 
 
 def nearest(given: Given, tests: Sequence[ReferenceTest]) -> tuple[int, ...]:
@@ -342,36 +359,6 @@ def _as_fitted(given: Given, otherwise_K: float) -> list[tuple[RealTest, Referen
     return [
         (t, t.reference(ambient_K=t.start_K(otherwise_K), between=between)) for t, between in ways
     ]
-
-
-def cooled(pack: Pack, tests: Sequence[RealTest]) -> Pack:
-    """The same with losses that heat it, and the cooling that the fastest whole test shows.
-
-    That is the fastest of those to whose end the pack comes; of all, if it comes to no end.
-    """
-    most_C = max(np.ptp(t.drawn_C) for t in tests)
-    whole = (t for t in tests if np.ptp(t.drawn_C) > WHOLE * most_C)
-    by_speed = sorted(whole, key=lambda t: float(t.time_s[-1]))
-
-    def heated_by(test: RealTest, log_transfer: float) -> tuple[Pack, Solution]:
-        heating = SelfHeating(heat_transfer_W_m2_K=float(np.exp(log_transfer)))
-        own = replace(pack, effects=(*pack.effects, heating))
-        ambient_K = test.start_K(pack.initial_K)
-        load = Load(time_s=test.time_s, current_A=test.current_A, ambient_K=ambient_K)
-        return own, simulate(replace(own, initial_K=ambient_K), load)
-
-    low, high = np.log(COOLING_W_m2_K)
-    followed = (t for t in by_speed if heated_by(t, high)[1].status is Status.DONE)
-    test = next(followed, by_speed[0])
-    measured_K = test.temperature_K
-    assert measured_K is not None
-
-    def misfit_K(log_transfer: float) -> float:
-        got_K = heated_by(test, log_transfer)[1].temperature_K
-        return float(np.sqrt(np.mean((got_K - measured_K[: got_K.size]) ** 2)))
-
-    best = minimize_scalar(misfit_K, bounds=(low, high), method="bounded", options={"xatol": 0.05})
-    return heated_by(test, float(best.x))[0]
 
 
 def _place(given: Given, cache: Path) -> Path:

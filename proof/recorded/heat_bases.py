@@ -114,12 +114,15 @@ def _samsung(folder: Path, concealed: Collection[str], cell: str = "S001") -> Gi
 
     Not fitted: 1C of the other of the two.
     """
-    slow = samsung.read(folder, "C10")
+    slow, pulses = samsung.read(folder, "C10"), samsung.pulses(folder)
+    others = () if cell == "S001" else (slow.name, pulses.name)
     unseen = (_samsung_test(folder, "1C", "S002" if cell == "S001" else "S001"),)
     fast = (_samsung_test(folder, n, cell) for n in ("2C", "3C", "4C") if n not in concealed)
-    tests = (slow, _samsung_test(folder, "1C", cell), samsung.pulses(folder), *fast)
-    start = _thinner(_scaled(slow), POWER)
-    return Given(start=start, tests=tests, unseen=unseen, body=SAMSUNG)
+    tests = (slow, _samsung_test(folder, "1C", cell), pulses, *fast)
+    return Given(
+        start=_thinner(_scaled(slow), POWER), tests=tests, unseen=unseen, body=SAMSUNG,
+        in_mount=lambda test: test not in others,
+    )  # fmt: skip
 
 
 def _samsung_test(folder: Path, name: str, cell: str) -> RealTest:
@@ -135,7 +138,12 @@ def _lg_m50(folder: Path, concealed: Collection[str]) -> Given:
     """Not fitted: 0.5C at 0 degC, which no trial of this cell uses.
 
     Not fitted to 2C in the cold: there the salt of the twin runs out, and least squares stop.
+    Each rate was drawn from another cell, in another mount.
     """
+
+    def one_rate(test: str) -> bool:
+        return {test.split()[0]} == {name.split()[0] for name in concealed}
+
     rates, pulses = (matlab(recording(folder, f)) for f in (lg_m50.RATES, lg_m50.PULSES))
     slow = lg_m50.rate(rates, 25, "0.1C")
     short = (lg_m50.pulse(pulses, tenths, slow) for tenths in lg_m50.PULSED)
@@ -143,16 +151,25 @@ def _lg_m50(folder: Path, concealed: Collection[str]) -> Given:
     others = (read(folder) for name, read in _lg_m50s().items() if name not in hidden)
     start = Pack(cell=load_cell("lg_m50"))
     half, cold = (until(lg_m50.rate(rates, degrees, "0.5C"), FLOWN) for degrees in (25, 0))
-    return Given(start=start, tests=(slow, half, *short, *others), unseen=(cold,), body=LG_M50)
+    return Given(
+        start=start, tests=(slow, half, *short, *others), unseen=(cold,), body=LG_M50,
+        in_mount=one_rate,
+    )  # fmt: skip
 
 
 def _lg_m50_2(folder: Path, concealed: Collection[str]) -> Given:
-    """The others' tests, but what was drawn as fast and as cold; and cell 786 at 25 degC."""
+    """The others' tests, but what was drawn as fast and as cold; and cell 786 at 25 degC.
+
+    That cell, at 0.5C, is in another mount than the others and than cell 796 at 2C.
+    """
     same = {name.split(",")[0] for name in concealed}
     own = _lg_m50_other(folder, 786, "0.5C", 25)
     given = _lg_m50(folder, same)
     slow, _, *others = given.tests
-    return replace(given, tests=(slow, own, *others))
+    of_786 = all(name.startswith("0.5C") for name in concealed)
+    return replace(
+        given, tests=(slow, own, *others), in_mount=lambda test: of_786 and test == own.name
+    )
 
 
 def _lg_m50_slow(folder: Path, concealed: Collection[str]) -> Given:

@@ -1,14 +1,17 @@
 """Which tests a base is calibrated to, and which is predicted by the others to state its error."""
 
 from collections.abc import Iterable
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
 
-from proof.recorded.base import Base, Body, Given, base_of, cooled, nearest, without_faster
+from proof.recorded.base import Base, Body, Given, base_of, nearest, without_faster
+from proof.recorded.cooling import cooled, of_mount
 from proof.recorded.measured import RealTest
 from twin.builtin import load_cell
+from twin.calibrate.reference import ReferenceTest
 from twin.effects import SelfHeating
 from twin.load import Load
 from twin.mismatch.tested import Tested
@@ -116,6 +119,19 @@ def test_the_base_is_what_states_the_least_error(monkeypatch: pytest.MonkeyPatch
         assert base.error_V == min(least, 0.02)
         (told,) = base.pack.standard_errors["reaction_kinetics"].values()
         assert told == (2.0 if least < 0.02 else 3.0)  # of the same one
+        assert base.heat_transfer_W_m2_K == 0.0  # no test measured a temperature
+
+
+def warmed(transfer: float, current_A: float, name: str = "") -> RealTest:
+    """A discharge of an LG M50 cooled by so many W/(m2 K), for 12000 C, by its own losses."""
+    time_s = np.linspace(0.0, 12000.0 / current_A, 100)
+    load = Load(time_s=time_s, current_A=np.full(100, current_A), ambient_K=298.15)
+    heating = SelfHeating(heat_transfer_W_m2_K=transfer)
+    pack = Pack(cell=load_cell("lg_m50"), effects=(heating,))
+    return RealTest(
+        name=name, time_s=time_s, current_A=load.current_A, voltage_V=np.full(100, 3.7),
+        temperature_K=simulate(pack, load).temperature_K,
+    )  # fmt: skip
 
 
 def test_the_cooling_is_that_of_the_fastest_test_that_the_pack_follows_to_its_end() -> None:
@@ -134,3 +150,41 @@ def test_the_cooling_is_that_of_the_fastest_test_that_the_pack_follows_to_its_en
     (heating,) = cooled(Pack(cell=start.cell), (cold, warm)).effects
     assert isinstance(heating, SelfHeating)
     assert heating.heat_transfer_W_m2_K == pytest.approx(20.0, rel=0.05)
+
+
+def test_the_cooling_of_a_mount_is_that_of_the_tests_in_it() -> None:
+    """Two tests cooled by 18 and 22 W/(m2 K); one that was slow tells little of it."""
+    cell = Pack(cell=load_cell("lg_m50"))
+
+    def test_in(transfer: float, current_A: float) -> tuple[ReferenceTest, Pack]:
+        return warmed(transfer, current_A).reference(ambient_K=298.15), cell
+
+    both = of_mount([test_in(18.0, 5.0), test_in(22.0, 5.0)])
+    assert both is not None
+    value, std = both
+    assert value == pytest.approx(20.0, rel=0.02)
+    assert 1.0 < std < 2.5  # half of what they differ by, over the root of two
+    uneven = of_mount([test_in(18.0, 5.0), test_in(22.0, 0.5)])
+    assert uneven is not None
+    assert uneven[0] == pytest.approx(18.0, rel=0.02)
+    nothing = replace(test_in(18.0, 5.0)[0], temperature_K=None)
+    assert of_mount([(nothing, cell)]) is None
+
+
+def test_a_base_states_the_cooling_of_the_mount_of_its_trial(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    pack = Pack(cell=load_cell("lg_m50"), heat_transfer_W_m2_K=30.0, heat_transfer_std_W_m2_K=3.0)
+    base = Base(
+        pack=pack, series_resistance_ohm=0.0, heat_transfer_W_m2_K=30.0,
+        heat_transfer_std_W_m2_K=3.0, warming_K=0.0, full_soc=1.0, errors_V={}, fitted_V={},
+    )  # fmt: skip
+    monkeypatch.setattr("proof.recorded.base._kept", lambda g, cache: base)  # noqa: ARG005
+    monkeypatch.setattr("proof.recorded.base._tested", lambda g, base, cache: {})  # noqa: ARG005
+    monkeypatch.setattr(Base, "error_V", 0.01)
+    slow, fast = warmed(18.0, 2.5, "0.5C"), warmed(40.0, 5.0, "1C")
+    for name, cooling in (("0.5C", 18.0), ("1C", 40.0), ("2C", 30.0)):
+        g = replace(given((slow, fast), 0.0), in_mount=lambda test, name=name: test == name)
+        own = base_of(g, Path())
+        assert own.heat_transfer_W_m2_K == pytest.approx(cooling, rel=0.01)
+        assert own.pack.heat_transfer_W_m2_K == own.heat_transfer_W_m2_K
