@@ -106,7 +106,7 @@ def _judged(
 ) -> Outcome:
     """With the errors of lithium and charge; `through_C` went through the pack, in and out."""
     pack, lithium = case.pack, abs(got.audit.relative_error)
-    capacity_C = pack.scale * pack.cell.nominal_capacity_C
+    capacity_C = pack.rated_C / pack.parallel
     charge = max(map(abs, errors_C)) / (capacity_C + through_C / pack.parallel)
     for name, error in (("lithium", lithium), ("charge", charge)):
         if not error <= WRONG:

@@ -81,7 +81,7 @@ def cycling(seed: int) -> Cycling:
 
 def whole_A(pack: Pack) -> float:
     """1C of the pack as it is named."""
-    return pack.scale * pack.cell.nominal_capacity_C * pack.parallel / 3600
+    return pack.rated_C / 3600
 
 
 def _pack(rng: Random) -> Pack:

@@ -25,7 +25,7 @@ def predicted_capacity_C(pack: Pack, truth: Truth) -> float:
 def capacity_C(pack: Pack, current_A: float, empty_V: float) -> float:
     """Charge drawn at `current_A` from the start of `pack` until it is down to `empty_V` [C]."""
     cell = replace(pack.cell, lower_cut_off_V=empty_V / pack.series)
-    longest_s = LONGEST * pack.scale * pack.cell.nominal_capacity_C * pack.parallel / current_A
+    longest_s = LONGEST * pack.rated_C / current_A
     time_s = np.linspace(0.0, longest_s, SAMPLES)
     load = Load(time_s=time_s, current_A=np.full(SAMPLES, current_A), ambient_K=pack.initial_K)
     return current_A * simulate(replace(pack, cell=cell), load).stopped_s

@@ -101,7 +101,6 @@ class Question:
 
     def _pack_text(self) -> str:
         pack = self.pack
-        capacity_C = pack.capacity_C or pack.parallel * pack.cell.nominal_capacity_C
         heating = [e for e in pack.effects if isinstance(e, SelfHeating)]
         others = [e for e in pack.effects if not isinstance(e, SelfHeating)]
         transfer = heating[0].heat_transfer_W_m2_K if heating else pack.heat_transfer_W_m2_K
@@ -113,7 +112,7 @@ class Question:
                 "pack": {
                     "name": "pack",
                     "cell": self.builtin or CELL,
-                    "capacity_ah": capacity_C / 3600,
+                    "capacity_ah": pack.rated_C / 3600,
                     "series": pack.series,
                     "parallel": pack.parallel,
                 },

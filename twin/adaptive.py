@@ -126,7 +126,7 @@ class Stepper:
         self._tolerance_V = tolerance_V
         self._lithium = [Lithium(self.model.cell.layout, kind.values) for kind in self.kinds]
         self._weight_V = self._weights_V()
-        rate_A = pack.scale * pack.cell.nominal_capacity_C / 3600
+        rate_A = pack.rated_C / pack.parallel / 3600
         self.slope_V_A = -0.05 / rate_A  # of voltage over current; corrected as voltages are held
 
     def move(self, state: FloatArray, step_s: float, current_A: float) -> Point:

@@ -133,7 +133,7 @@ class Examiner:
         self._pack = pack
         self._stepper = Stepper(pack, pack.cell.reference_K, TOLERANCE_V, mesh, backend)
         self._kinds, self._model = self._stepper.kinds, self._stepper.model.cell
-        self._rate_A = pack.scale * pack.cell.nominal_capacity_C / 3600
+        self._rate_A = pack.rated_C / pack.parallel / 3600
         self._shares = np.array([kind.count / pack.series for kind in self._kinds])
         x, y = ca.SX.sym("x"), ca.SX.sym("y")
         open_V = pack.cell.positive.ocp_V(y) - pack.cell.negative.ocp_V(x)

@@ -120,11 +120,14 @@ class Pack:
                 )
 
     @property
+    def rated_C(self) -> float:
+        """Its capacity as stated, or that of its cells; over 3600 s the current called 1C."""
+        return self.capacity_C or self.parallel * self.cell.nominal_capacity_C
+
+    @property
     def scale(self) -> float:
         """Capacity of one cell of this pack over that of `cell`."""
-        if self.capacity_C is None:
-            return 1.0
-        return self.capacity_C / (self.parallel * self.cell.nominal_capacity_C)
+        return self.rated_C / (self.parallel * self.cell.nominal_capacity_C)
 
     def cell_parameters(self) -> dict[str, float]:
         """The kernel's parameters for one cell of this pack.

@@ -129,7 +129,7 @@ def charge_cc_cv(
 
     None takes the upper cut-off of the cells.
     """
-    whole_A = pack.scale * pack.cell.nominal_capacity_C * pack.parallel / 3600
+    whole_A = pack.rated_C / 3600
     full_V = voltage_V or pack.cell.upper_cut_off_V * pack.series
     return (
         ConstantCurrent(current_A=-rate * whole_A, until_V=full_V),

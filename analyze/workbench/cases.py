@@ -118,7 +118,7 @@ def rate_cases(
     pack: Pack, ambient_K: float, ambient_C: Sequence[float], rates: Sequence[float]
 ) -> tuple[Case, ...]:
     """A discharge at each rate and temperature, from the start of `pack` to its cut-off."""
-    whole_A = pack.scale * pack.cell.nominal_capacity_C * pack.parallel / 3600
+    whole_A = pack.rated_C / 3600
     hours = np.arange(0.0, HOURS + 0.5 / SAMPLES_PER_HOUR, 1 / SAMPLES_PER_HOUR)
     out = []
     for celsius, rate in product(ambient_C or (None,), rates):

@@ -19,12 +19,10 @@ TOGETHER_S = 0.02
 
 def by_cycler(pack: Pack) -> Pack:
     """The same where a calibrated cycler recorded it: a pack file's `standard_errors` say so."""
-    scale = pack.scale * pack.parallel
-    ampere_hours = scale * pack.cell.nominal_capacity_C / 3600.0
     known = {
         "current_gain": {"gain": OF_SCALE * READ_OF_SCALE},
         "voltage_gain": {"gain": OF_SCALE},
-        "current_offset": {"offset_A": OF_SCALE * RANGE_C * ampere_hours},
+        "current_offset": {"offset_A": OF_SCALE * RANGE_C * pack.rated_C / 3600},
         "sensor_lag": {"lag_s": TOGETHER_S},
         "clock_shift": {"shift_s": TOGETHER_S},
     }

@@ -14,7 +14,7 @@ FloatArray = npt.NDArray[np.float64]
 
 def labelled_C(pack: Pack) -> float:
     """Capacity of one cell of `pack` as it is labelled."""
-    return pack.scale * pack.cell.nominal_capacity_C
+    return pack.rated_C / pack.parallel
 
 
 def single_cell(pack: Pack) -> Pack:

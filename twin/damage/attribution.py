@@ -144,7 +144,7 @@ def attribute(
 
 def started(pack: Pack, formed: FloatArray, ambient_K: float) -> FloatArray:
     """`formed`, discharged at 1C to the charge the pack starts with, rested, at its temperature."""
-    whole_A = pack.scale * pack.cell.nominal_capacity_C * pack.parallel / 3600
+    whole_A = pack.rated_C / 3600
     settings = Settings(ambient_K=ambient_K)
 
     def discharged(seconds: float) -> tuple[FloatArray, FloatArray]:
@@ -182,5 +182,5 @@ def _edges(load: Load, spans: Sequence[Span]) -> list[float]:
 def _repeated(
     pack: Pack, ledger: Ledger, waveform: Waveform, state: FloatArray, load: Load
 ) -> Cost:
-    whole_C = pack.scale * pack.cell.nominal_capacity_C * pack.parallel
+    whole_C = pack.rated_C
     return cost_of(pack, ledger, waveform.load(MORE_THAN_ALL * whole_C, load.ambient_K), state)[0]

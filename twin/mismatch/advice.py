@@ -33,7 +33,7 @@ class Manoeuvre:
 
 def manoeuvres(pack: Pack, mean_A: float, peak_A: float) -> Iterator[Manoeuvre]:
     """Those a pilot can make, by the mean and peak current of what was recorded."""
-    full_C = pack.scale * pack.parallel * pack.cell.nominal_capacity_C
+    full_C = pack.rated_C
     hover_s = min(0.8 * pack.initial_soc * full_C / mean_A, 3600.0)
 
     def test(words: str, *steps: tuple[float, float]) -> Manoeuvre:

@@ -80,7 +80,7 @@ def _per_coulomb(pack: Pack, load: Load, as_is_V: FloatArray) -> FloatArray:
     step = SOC_STEP if pack.initial_soc < SOC_STEP else -SOC_STEP
     moved_V = simulate(replace(pack, initial_soc=pack.initial_soc + step), load).voltage_V
     n = min(as_is_V.size, moved_V.size)
-    whole_C = pack.scale * pack.parallel * pack.cell.nominal_capacity_C
+    whole_C = pack.rated_C
     return np.asarray((moved_V[:n] - as_is_V[:n]) / (step * whole_C))
 
 
