@@ -231,13 +231,21 @@ def _melasta_test(folder: Path, name: str) -> RealTest:
 
 
 def _leaf(folder: Path, concealed: Collection[str]) -> Given:
-    """Full is that of the trial: its pulses are of another charge than its discharges."""
+    """Full is that of the trial: its pulses are of another charge than its discharges.
+
+    So are those that are warm and cold, which a trial on the others of them needs: what a twin
+    says of temperature hangs on its activation energies. Its temperature is that of the chamber.
+    """
     pulses = leaf_cell.pulses(folder)
-    given = held_V(replace(until(pulses, FLOWN), temperature_K=None))  # that of the chamber
+    given = held_V(replace(until(pulses, FLOWN), temperature_K=None))
     one, again = (until(leaf_cell.discharge(folder, 1, which), FLOWN) for which in (0, 1))
     fast = (_leaf_test(folder, k) for k in (2, 3) if f"{k}C" not in concealed)
-    pulsed = any(name.startswith("pulses") for name in concealed)
-    tests = (given, one, *fast) if pulsed else (one, given, *fast)
+    pulsed = {name: read for name, read in _leafs().items() if name.startswith("pulses")}
+    if pulsed.keys() & concealed:
+        others = (read(folder) for name, read in pulsed.items() if name not in concealed)
+        tests = (given, one, *(held_V(until(test, FLOWN)) for test in others), *fast)
+    else:
+        tests = (one, given, *fast)
     start = _thinner(leaf_cell.start_cell(pulses), POWER)
     return Given(start=start, tests=tests, unseen=(again,), body=LEAF)
 
