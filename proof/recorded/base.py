@@ -74,7 +74,8 @@ class Given:
         driven: tests to fit besides, whose current is straight from sample to sample; it holds in
             the others.
         only: parameters that are free; None all.
-        in_mount: by its name, whether a test was in the mount that the trial is in.
+        in_mount: by its name, whether a test was in the mount that the trial is in; a calibration
+            does not depend on it.
     """
 
     start: Pack

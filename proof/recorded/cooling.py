@@ -23,6 +23,26 @@ WHOLE = 0.5  # of the most that any test draws: a test that draws less shows no 
 STEP = 0.05  # of the logarithm of a cooling, either way, for a slope
 
 
+@dataclass(frozen=True, slots=True, eq=False)
+class Warmed:
+    """A pack at the start of a load, and the temperature that was measured along it [K]."""
+
+    pack: Pack
+    load: Load
+    measured_K: FloatArray
+
+    def heated(self, log_transfer: float) -> tuple[Pack, Solution]:
+        """With its losses, cooled by exp(`log_transfer`) W/(m2 K); as at the start, and its run."""
+        heating = SelfHeating(heat_transfer_W_m2_K=float(np.exp(log_transfer)))
+        pack = replace(self.pack, effects=(*self.pack.effects, heating))
+        return pack, simulate(pack, self.load)
+
+    def missed_K(self, log_transfer: float) -> FloatArray:
+        """Simulated minus measured, as far as it goes."""
+        got_K = self.heated(log_transfer)[1].temperature_K
+        return got_K - self.measured_K[: got_K.size]
+
+
 def cooled(pack: Pack, tests: Sequence[RealTest]) -> Pack:
     """The same with losses that heat it, and the cooling that the fastest whole test shows.
 
@@ -44,26 +64,6 @@ def cooled(pack: Pack, tests: Sequence[RealTest]) -> Pack:
     return shown.heated(_likeliest([shown], xatol=0.05))[0]
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Warmed:
-    """A pack at the start of a load, and the temperature that was measured along it [K]."""
-
-    pack: Pack
-    load: Load
-    measured_K: FloatArray
-
-    def heated(self, log_transfer: float) -> tuple[Pack, Solution]:
-        """With its losses, cooled by exp(`log_transfer`) W/(m2 K); as at the start, and its run."""
-        heating = SelfHeating(heat_transfer_W_m2_K=float(np.exp(log_transfer)))
-        pack = replace(self.pack, effects=(*self.pack.effects, heating))
-        return pack, simulate(pack, self.load)
-
-    def missed_K(self, log_transfer: float) -> FloatArray:
-        """Simulated minus measured, as far as it goes."""
-        got_K = self.heated(log_transfer)[1].temperature_K
-        return got_K - self.measured_K[: got_K.size]
-
-
 def of_mount(own: Sequence[tuple[ReferenceTest, Pack]]) -> tuple[float, float] | None:
     """Heat transfer of the mount that some tests were in, and its standard error [W/(m2 K)].
 
@@ -74,7 +74,7 @@ def of_mount(own: Sequence[tuple[ReferenceTest, Pack]]) -> tuple[float, float] |
         own: each test, and the pack without heating at its start.
     """
     warmed = [
-        Warmed(beyond_cut_offs(pack), _load(test), test.temperature_K)
+        Warmed(beyond_cut_offs(pack), test.load(), test.temperature_K)
         for test, pack in own
         if test.temperature_K is not None
     ]
@@ -85,13 +85,6 @@ def of_mount(own: Sequence[tuple[ReferenceTest, Pack]]) -> tuple[float, float] |
     error_K = _missed_K(warmed, best) / np.sqrt(len(warmed))
     relative = error_K / np.sqrt(sum(float(np.mean(slope_K**2)) for slope_K in slopes_K))
     return float(np.exp(best)), float(np.exp(best) * relative)
-
-
-def _load(test: ReferenceTest) -> Load:
-    return Load(
-        time_s=test.time_s, current_A=test.current_A, between=test.between,
-        ambient_K=test.ambient_K,
-    )  # fmt: skip
 
 
 def _likeliest(warmed: Sequence[Warmed], *, xatol: float) -> float:

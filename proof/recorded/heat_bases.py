@@ -1,10 +1,7 @@
-"""What each cell of `heat_list` is calibrated from, and its recordings.
+"""What each cell of `heat_list` is calibrated from.
 
 A base sees whatever was recorded of its cell but what its trial is about: rates and temperatures
-beyond those of the trial too, with the temperature that was measured there. Of all discharges but
-the slowest, what is given to a base or in a trial is what a flight uses: all but the last of the
-charge (FLOWN). There the voltage falls by a volt within minutes, at a time set by a percent of
-capacity; a twin that errs by 20 mV before misses 50 to 130 over the whole.
+beyond those of the trial too, with the temperature that was measured there.
 """
 
 from collections.abc import Callable, Collection, Mapping
@@ -13,11 +10,29 @@ from functools import partial
 from pathlib import Path
 from typing import Protocol
 
-import numpy as np
-
-from proof.recorded import about_energy, leaf_cell, lg_m50, melasta, panasonic, samsung
+from proof.recorded import about_energy, leaf_cell, lg_m50, panasonic, samsung
 from proof.recorded.base import Base, Given, base_of, charged_to
 from proof.recorded.bodies import LEAF, LG_M50, MELASTA, PANASONIC, SAMSUNG
+from proof.recorded.heat_recordings import (
+    FLOWN,
+    Recordings,
+    about_energies,
+    as_it_is,
+    driven,
+    either,
+    leaf_test,
+    leafs,
+    lg_m50_other,
+    lg_m50_others,
+    lg_m50s,
+    melasta_test,
+    melastas,
+    panasonics,
+    pulsed,
+    samsung_test,
+    samsungs,
+    steady,
+)
 from proof.recorded.measured import (
     BEYOND_V,
     RealCell,
@@ -30,17 +45,10 @@ from proof.recorded.measured import (
     rms_A,
 )
 from proof.recorded.replay import answer, errors
-from proof.recorded.thinned import binned, every, spaced, until
+from proof.recorded.thinned import until
 from twin.builtin import load_cell
 from twin.pack import Pack
 
-Recordings = Mapping[str, Callable[[Path], RealTest]]
-
-FLOWN = 0.9  # of the charge of a discharge
-STEP_S = 5.0  # between samples of a steady discharge
-DRIVE_S = 2.0  # of a drive cycle: means over as long
-PULSED_S, PULSE_S = 4 * 3600.0, 10.0  # of pulses are given, so far apart
-DRIVEN_S = 2700.0  # of it are given, so that a verdict takes a minute or two
 DRIVEN = 0.6  # of the charge of a test, which is drawn in that time
 WARM, COOL = "US06 25 degC", "US06 10 degC"  # the cell had aged before the other cycles
 AGAIN_1C = "03-10-17_23.36_3349_Dis1C_2.mat"
@@ -116,17 +124,13 @@ def _samsung(folder: Path, concealed: Collection[str], cell: str = "S001") -> Gi
     """
     slow, pulses = samsung.read(folder, "C10"), samsung.pulses(folder)
     others = () if cell == "S001" else (slow.name, pulses.name)
-    unseen = (_samsung_test(folder, "1C", "S002" if cell == "S001" else "S001"),)
-    fast = (_samsung_test(folder, n, cell) for n in ("2C", "3C", "4C") if n not in concealed)
-    tests = (slow, _samsung_test(folder, "1C", cell), pulses, *fast)
+    unseen = (samsung_test(folder, "1C", "S002" if cell == "S001" else "S001"),)
+    fast = (samsung_test(folder, n, cell) for n in ("2C", "3C", "4C") if n not in concealed)
+    tests = (slow, samsung_test(folder, "1C", cell), pulses, *fast)
     return Given(
         start=_thinner(_scaled(slow), POWER), tests=tests, unseen=unseen, body=SAMSUNG,
         in_mount=lambda test: test not in others,
     )  # fmt: skip
-
-
-def _samsung_test(folder: Path, name: str, cell: str) -> RealTest:
-    return until(samsung.read(folder, name, cell), FLOWN)
 
 
 def _samsung_slow(folder: Path, concealed: Collection[str]) -> Given:
@@ -148,7 +152,7 @@ def _lg_m50(folder: Path, concealed: Collection[str]) -> Given:
     slow = lg_m50.rate(rates, 25, "0.1C")
     short = (lg_m50.pulse(pulses, tenths, slow) for tenths in lg_m50.PULSED)
     hidden = (*concealed, "2C 0 degC", "2C 10 degC")
-    others = (read(folder) for name, read in _lg_m50s().items() if name not in hidden)
+    others = (read(folder) for name, read in lg_m50s().items() if name not in hidden)
     start = Pack(cell=load_cell("lg_m50"))
     half, cold = (until(lg_m50.rate(rates, degrees, "0.5C"), FLOWN) for degrees in (25, 0))
     return Given(
@@ -163,7 +167,7 @@ def _lg_m50_2(folder: Path, concealed: Collection[str]) -> Given:
     That cell, at 0.5C, is in another mount than the others and than cell 796 at 2C.
     """
     same = {name.split(",")[0] for name in concealed}
-    own = _lg_m50_other(folder, 786, "0.5C", 25)
+    own = lg_m50_other(folder, 786, "0.5C", 25)
     given = _lg_m50(folder, same)
     slow, _, *others = given.tests
     of_786 = all(name.startswith("0.5C") for name in concealed)
@@ -173,7 +177,7 @@ def _lg_m50_2(folder: Path, concealed: Collection[str]) -> Given:
 
 
 def _lg_m50_slow(folder: Path, concealed: Collection[str]) -> Given:
-    return _slow(_lg_m50(folder, (*concealed, *_lg_m50s())))
+    return _slow(_lg_m50(folder, (*concealed, *lg_m50s())))
 
 
 def _panasonic(folder: Path, concealed: Collection[str]) -> Given:
@@ -192,7 +196,7 @@ def _panasonic(folder: Path, concealed: Collection[str]) -> Given:
     return replace(
         given, tests=(slow, one, *short, *cold[::3]), only=None,
         driven=tuple(
-            _driven(panasonic.cycle(folder, name)) for name in (WARM, COOL) if name not in concealed
+            driven(panasonic.cycle(folder, name)) for name in (WARM, COOL) if name not in concealed
         ),
         unseen=(again, *warm[1::3], *cold[1::3]),
     )  # fmt: skip
@@ -219,15 +223,10 @@ def _panasonic_pulses(folder: Path, degrees: int) -> tuple[RealTest, ...]:
 
 def _melasta(folder: Path, concealed: Collection[str]) -> Given:
     names = [n for n in ("C/10", "1C", "2C", "5C", "9.1C") if n not in concealed]
-    tests = tuple(_melasta_test(folder, name) for name in names)
+    tests = tuple(melasta_test(folder, name) for name in names)
     start = _scaled(tests[0], "lipo_2200")
     start = replace(start, cell=charged_to(start.cell, 4.35, 3.0))
     return Given(start=start, tests=tests, body=MELASTA)
-
-
-def _melasta_test(folder: Path, name: str) -> RealTest:
-    test = melasta.tests(folder)[name]
-    return test if name == "C/10" else until(test, FLOWN)
 
 
 def _leaf(folder: Path, concealed: Collection[str]) -> Given:
@@ -239,19 +238,15 @@ def _leaf(folder: Path, concealed: Collection[str]) -> Given:
     pulses = leaf_cell.pulses(folder)
     given = held_V(replace(until(pulses, FLOWN), temperature_K=None))
     one, again = (until(leaf_cell.discharge(folder, 1, which), FLOWN) for which in (0, 1))
-    fast = (_leaf_test(folder, k) for k in (2, 3) if f"{k}C" not in concealed)
-    pulsed = {name: read for name, read in _leafs().items() if name.startswith("pulses")}
-    if pulsed.keys() & concealed:
-        others = (read(folder) for name, read in pulsed.items() if name not in concealed)
+    fast = (leaf_test(folder, k) for k in (2, 3) if f"{k}C" not in concealed)
+    warm_and_cold = {name: read for name, read in leafs().items() if name.startswith("pulses")}
+    if warm_and_cold.keys() & concealed:
+        others = (read(folder) for name, read in warm_and_cold.items() if name not in concealed)
         tests = (given, one, *(held_V(until(test, FLOWN)) for test in others), *fast)
     else:
         tests = (one, given, *fast)
     start = _thinner(leaf_cell.start_cell(pulses), POWER)
     return Given(start=start, tests=tests, unseen=(again,), body=LEAF)
-
-
-def _leaf_test(folder: Path, times: int) -> RealTest:
-    return until(leaf_cell.discharge(folder, times), FLOWN)
 
 
 def _slow(given: Given) -> Given:
@@ -288,93 +283,15 @@ def _published(make: Callable[[Path], RealCell]) -> BaseOf:
     return base
 
 
-def _samsungs(cell: str) -> Recordings:
-    return {name: partial(_samsung_test, name=name, cell=cell) for name in ("2C", "3C", "4C")}
-
-
-def _lg_m50s() -> Recordings:
-    names = [("0.5C", 10), ("1C", 0), ("1C", 10), ("1C", 25), ("2C", 0), ("2C", 10), ("2C", 25)]
-
-    def read(folder: Path, name: str, degrees: int) -> RealTest:
-        raw = matlab(recording(folder, lg_m50.RATES))
-        return until(lg_m50.rate(raw, degrees, name), FLOWN)
-
-    return {
-        f"{name} {degrees} degC": partial(read, name=name, degrees=degrees)
-        for name, degrees in names
-    }
-
-
-def _lg_m50_others() -> Recordings:
-    """Of cells 786 and 796; 0.5C was drawn twice."""
-    half = {
-        f"0.5C {degrees} degC, {which + 1}": partial(
-            _lg_m50_other, cell=786, name="0.5C", degrees=degrees, which=which
-        )
-        for degrees in (0, 10)
-        for which in (0, 1)
-    }
-    return {**half, "2C 25 degC": partial(_lg_m50_other, cell=796, name="2C", degrees=25)}
-
-
-def _lg_m50_other(folder: Path, cell: int, name: str, degrees: int, which: int = 0) -> RealTest:
-    return until(lg_m50.other(folder, cell, name, degrees, which), FLOWN)
-
-
-def _panasonics() -> Recordings:
-    return {name: partial(panasonic.cycle, name=name) for name in panasonic.HELD_OUT}
-
-
-def _about_energies(chemistry: str) -> Recordings:
-    def read(folder: Path, name: str) -> RealTest:
-        return about_energy.read(folder, chemistry, name, files[name])
-
-    files = about_energy.FIT | about_energy.HELD_OUT
-    return {name: partial(read, name=name) for name in ("1C", "2C", "drive cycle")}
-
-
-def _melastas() -> Recordings:
-    return {name: partial(_melasta_test, name=name) for name in ("2C", "5C", "9.1C")}
-
-
-def _leafs() -> Recordings:
-    fast = {f"{k}C": partial(_leaf_test, times=k) for k in (2, 3)}
-    pulsed = {f"pulses {d} degC": partial(leaf_cell.pulses, degrees=d) for d in (10, 40)}
-    return {**fast, **pulsed}
-
-
 SAMSUNG_OF = "Samsung 30Q, ARTS-Laboratory, CC BY-SA 4.0"
 LG_OF = "LG M50, WMG Warwick, BSD-3"
 LG_2_OF = "LG M50, cells 786 and 796 (TEC-reduced-model), BSD-3"
 PANASONIC_OF = "Panasonic NCR18650PF, Kollmeyer, U Wisconsin-Madison"
 
 
-def _steady(test: RealTest) -> RealTest:
-    return every(test, STEP_S)
-
-
-def _driven(test: RealTest) -> RealTest:
-    return binned(test.part(slice(0, int(np.searchsorted(test.time_s, DRIVEN_S)))), DRIVE_S)
-
-
-def _as_it_is(test: RealTest) -> RealTest:
-    return test
-
-
-def _either(test: RealTest) -> RealTest:
-    return binned(test, DRIVE_S) if test.name == "drive cycle" else every(test, STEP_S)
-
-
-def _pulsed(test: RealTest) -> RealTest:
-    """Discharges as they are; of pulses the first."""
-    if not test.name.startswith("pulses"):
-        return test
-    return spaced(test.part(slice(0, int(np.searchsorted(test.time_s, PULSED_S)))), PULSE_S)
-
-
 def _cell(
     source: str, given: Callable[[Path, Collection[str]], Given], recordings: Recordings,
-    thin: Callable[[RealTest], RealTest] = _steady, *, rests: bool = True,
+    thin: Callable[[RealTest], RealTest] = steady, *, rests: bool = True,
 ) -> Material:  # fmt: skip
     def base(
         folder: Path, cache: Path, concealed: Collection[str], *, asked_A: float = 0.0
@@ -386,23 +303,23 @@ def _cell(
 
 
 CELLS: Mapping[str, Material] = {
-    "samsung": _cell(SAMSUNG_OF, _samsung, _samsungs("S001")),
-    "samsung_2": _cell(SAMSUNG_OF, partial(_samsung, cell="S002"), _samsungs("S002")),
-    "samsung_slow": _cell(SAMSUNG_OF, _samsung_slow, _samsungs("S001")),
-    "lg_m50": _cell(LG_OF, _lg_m50, _lg_m50s()),
-    "lg_m50_slow": _cell(LG_OF, _lg_m50_slow, _lg_m50s()),
-    "lg_m50_2": _cell(LG_2_OF, _lg_m50_2, _lg_m50_others(), _as_it_is),
-    "panasonic": _cell(PANASONIC_OF, _panasonic, _panasonics(), _driven),
-    "panasonic_slow": _cell(PANASONIC_OF, _panasonic_slow, _panasonics(), _driven),
-    "melasta": _cell("Melasta SLPBA842124HV, SINTEF", _melasta, _melastas(), _as_it_is),
-    "leaf": _cell("Nissan Leaf cell, batterysim, MIT", _leaf, _leafs(), _pulsed, rests=False),
+    "samsung": _cell(SAMSUNG_OF, _samsung, samsungs("S001")),
+    "samsung_2": _cell(SAMSUNG_OF, partial(_samsung, cell="S002"), samsungs("S002")),
+    "samsung_slow": _cell(SAMSUNG_OF, _samsung_slow, samsungs("S001")),
+    "lg_m50": _cell(LG_OF, _lg_m50, lg_m50s()),
+    "lg_m50_slow": _cell(LG_OF, _lg_m50_slow, lg_m50s()),
+    "lg_m50_2": _cell(LG_2_OF, _lg_m50_2, lg_m50_others(), as_it_is),
+    "panasonic": _cell(PANASONIC_OF, _panasonic, panasonics(), driven),
+    "panasonic_slow": _cell(PANASONIC_OF, _panasonic_slow, panasonics(), driven),
+    "melasta": _cell("Melasta SLPBA842124HV, SINTEF", _melasta, melastas(), as_it_is),
+    "leaf": _cell("Nissan Leaf cell, batterysim, MIT", _leaf, leafs(), pulsed, rests=False),
     "nmc": Material(
         "NMC111 pouch, About:Energy, CC BY-SA 4.0", _published(about_energy.nmc),
-        _about_energies("nmc"), _either, rests=False,
+        about_energies("nmc"), either, rests=False,
     ),
     "lfp": Material(
         "LFP 18650, About:Energy, CC BY-SA 4.0", _published(about_energy.lfp),
-        _about_energies("lfp"), _either, rests=False,
+        about_energies("lfp"), either, rests=False,
     ),
 }  # fmt: skip
 """By the keys of `heat_list`."""

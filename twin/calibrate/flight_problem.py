@@ -125,8 +125,7 @@ def _means(values: npt.NDArray[np.float64 | np.bool_], place: npt.NDArray[np.int
 
 def quantities(pack: Pack, flown: Flown, known: Known) -> tuple[Quantity, ...]:
     """All that is free, with what is known of it beforehand; the pack's numbers are the means."""
-    usual_C = pack.rated_C
-    capacity_C = usual_C if known.capacity else flown.median_A * ENDURANCE_S
+    capacity_C = pack.rated_C if known.capacity else flown.median_A * ENDURANCE_S
     out = [_soc(pack, known)]
     if known.charge:
         std = LABEL_STD if known.capacity and known.scale else UNKNOWN_STD

@@ -35,7 +35,6 @@ from twin.calibrate.simulated import BEYOND_V, Simulated, Simulator
 from twin.calibrate.single_cell import filler_shares, labelled_C, single_cell
 from twin.cell import Cell, Function
 from twin.effects import SelfHeating
-from twin.load import Load
 from twin.pack import Pack
 
 FloatArray = npt.NDArray[np.float64]
@@ -234,12 +233,8 @@ class Problem:
         `q` (k,): those of tests may be left out, they are not used. `mount` is how it cools, over
         how the cell does on the whole. Infeasible if no cell has these values.
         """
-        load = Load(
-            time_s=test.time_s, current_A=test.current_A, between=test.between,
-            ambient_K=test.ambient_K,
-        )  # fmt: skip
         numbers = self._map(np.append(self._values_of_cell(q, mount), start_V))[0]
-        done = self._simulator.solved(load, numbers, FINE_MESH).voltage_V
+        done = self._simulator.solved(test.load(), numbers, FINE_MESH).voltage_V
         return np.concatenate([done, np.full(test.time_s.size - done.size, np.nan)])
 
     def of_other_tests(self, tests: Sequence[Sampled]) -> "Problem":

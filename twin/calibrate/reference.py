@@ -7,7 +7,7 @@ import numpy.typing as npt
 
 from twin.calibrate.switched import mixed_rows
 from twin.calibrate.table import CalibrationError, MeasuredTable
-from twin.load import Between
+from twin.load import Between, Load
 from twin.pack import Pack
 
 FloatArray = npt.NDArray[np.float64]
@@ -50,6 +50,13 @@ class ReferenceTest:
         dt, i = np.diff(self.time_s), self.current_A
         mean = i[:-1] if self.between is Between.HOLD else (i[:-1] + i[1:]) / 2
         return np.concatenate([[0.0], np.cumsum(dt * mean)])
+
+    def load(self) -> Load:
+        """What it draws, in its surroundings."""
+        return Load(
+            time_s=self.time_s, current_A=self.current_A, between=self.between,
+            ambient_K=self.ambient_K,
+        )  # fmt: skip
 
     def mixed(self) -> BoolArray:
         """(n,) rows with the voltage of another current, see `switched.py`: not to be compared."""

@@ -182,5 +182,5 @@ def _edges(load: Load, spans: Sequence[Span]) -> list[float]:
 def _repeated(
     pack: Pack, ledger: Ledger, waveform: Waveform, state: FloatArray, load: Load
 ) -> Cost:
-    whole_C = pack.rated_C
-    return cost_of(pack, ledger, waveform.load(MORE_THAN_ALL * whole_C, load.ambient_K), state)[0]
+    repeated = waveform.load(MORE_THAN_ALL * pack.rated_C, load.ambient_K)
+    return cost_of(pack, ledger, repeated, state)[0]

@@ -115,8 +115,7 @@ class _Cycling:
         self._pack, self._waveform, self._protocol = pack, waveform, protocol
         self._settings = Settings(ambient_K=protocol.ambient_K, tolerance_V=protocol.tolerance_V)
         self._ledger, self._examiner = Ledger(pack), Examiner(pack)
-        whole_C = pack.rated_C
-        self._load = waveform.load(MORE_THAN_ALL * whole_C, protocol.ambient_K)
+        self._load = waveform.load(MORE_THAN_ALL * pack.rated_C, protocol.ambient_K)
         self._state, self._net_C = self._ledger.new if state is None else state, 0.0
 
     def all(self) -> Cycled:

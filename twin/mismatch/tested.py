@@ -22,7 +22,6 @@ from twin.calibrate.reference import ReferenceTest
 from twin.calibrate.run import Calibration
 from twin.calibrate.settle import MISSED_V
 from twin.effects import AnyEffect, SelfHeating, SeriesResistance
-from twin.load import Load
 from twin.mismatch.flight import Flight
 from twin.mismatch.hypothesis import HYPOTHESES
 from twin.mismatch.problem import Problem
@@ -95,11 +94,7 @@ def by_calibration(found: Calibration, tests: Sequence[ReferenceTest]) -> Tested
 
 
 def _flight(test: ReferenceTest, pack: Pack) -> Flight:
-    load = Load(
-        time_s=test.time_s, current_A=test.current_A, between=test.between,
-        ambient_K=test.ambient_K,
-    )  # fmt: skip
     return Flight(
-        name=test.name, pack=pack, load=load, voltage_V=test.voltage_V, judged=~test.mixed(),
+        name=test.name, pack=pack, load=test.load(), voltage_V=test.voltage_V, judged=~test.mixed(),
         motion=np.full(test.time_s.size, ""),
     )  # fmt: skip

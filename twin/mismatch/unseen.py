@@ -76,12 +76,11 @@ def walk_C(load: Load) -> float:
 
 
 def _per_coulomb(pack: Pack, load: Load, as_is_V: FloatArray) -> FloatArray:
-    """(m,) by how much a voltage (n,) is lower when the pack has given a coulomb more, m <= n."""
+    """(m,) [V/C] by how much a voltage (n,) is lower when more charge was drawn before, m <= n."""
     step = SOC_STEP if pack.initial_soc < SOC_STEP else -SOC_STEP
     moved_V = simulate(replace(pack, initial_soc=pack.initial_soc + step), load).voltage_V
     n = min(as_is_V.size, moved_V.size)
-    whole_C = pack.rated_C
-    return np.asarray((moved_V[:n] - as_is_V[:n]) / (step * whole_C))
+    return np.asarray((moved_V[:n] - as_is_V[:n]) / (step * pack.rated_C))
 
 
 def _with_between(load: Load, drawn_C: FloatArray) -> Load:
