@@ -8,7 +8,7 @@ there: a second run is the first.
 """
 
 import json
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from hashlib import sha256
 from pathlib import Path
@@ -18,7 +18,7 @@ import numpy as np
 import numpy.typing as npt
 from scipy.optimize import brentq
 
-from proof.recorded.cooling import WHOLE, cooled, of_mount
+from proof.recorded.cooling import WHOLE, cooled, of_mounts
 from proof.recorded.measured import RealTest, recorded_parts, rms_A, wide
 from twin.bpx_file import open_circuit_V
 from twin.bpx_out import write_bpx
@@ -41,7 +41,7 @@ from twin.whole_file import write_whole
 
 FloatArray = npt.NDArray[np.float64]
 
-VERSION = 13  # of what is kept: raise it where the same inputs give another calibration
+VERSION = 14  # of what is kept: raise it where the same inputs give another calibration
 ALIKE = 0.8  # of a current: more is about as fast
 LEAST_TESTS = 2  # whole ones: one alone tells no losses
 RESTS = 0.02  # of the largest current: less is a rest, whose voltage is that of the open circuit
@@ -74,8 +74,7 @@ class Given:
         driven: tests to fit besides, whose current is straight from sample to sample; it holds in
             the others.
         only: parameters that are free; None all.
-        in_mount: by its name, whether a test was in the mount that the trial is in; a calibration
-            does not depend on it.
+        mount: that the trial is in, as its tests name it; a calibration does not depend on it.
     """
 
     start: Pack
@@ -85,7 +84,7 @@ class Given:
     unseen: tuple[RealTest, ...] = ()
     asked_A: float = 0.0
     only: tuple[str, ...] | None = None
-    in_mount: Callable[[str], bool] = lambda _: True
+    mount: str = ""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -93,12 +92,10 @@ class Base:
     """Calibrated.
 
     Attributes:
-        pack: isothermal, full, at ROOM_K; it states how it cools.
+        pack: isothermal, full, at ROOM_K; it states how it cools in the mount of the trial.
         series_resistance_ohm: that it has.
-        heat_transfer_W_m2_K: from its surface in the mount of the trial, by the temperature of the
-            tests in it; of all tests it was fitted to, if none of them was in that mount; 0 where
-            none was measured.
-        heat_transfer_std_W_m2_K: its standard error.
+        cooling: mount -> heat transfer from its surface there, and its standard error [W/(m2 K)];
+            "" is one that no test was in. Empty where no warming was measured.
         warming_K: rms by which it misses these temperatures; 0 without any.
         full_soc: state of charge after the charge before its first test.
         errors_V: rms of what was not fitted, by name.
@@ -107,8 +104,7 @@ class Base:
 
     pack: Pack
     series_resistance_ohm: float
-    heat_transfer_W_m2_K: float
-    heat_transfer_std_W_m2_K: float
+    cooling: Mapping[str, tuple[float, float]]
     warming_K: float
     full_soc: float
     errors_V: dict[str, float]
@@ -119,9 +115,11 @@ class Base:
         """That it states: the largest."""
         return max(self.errors_V.values())
 
-    def heated(self) -> Pack:
-        """With its own losses."""
-        heating = SelfHeating(heat_transfer_W_m2_K=self.heat_transfer_W_m2_K)
+    def heated(self, transfer_W_m2_K: float | None = None) -> Pack:
+        """With its own losses, cooled as it states if nothing else is said."""
+        transfer_W_m2_K = transfer_W_m2_K or self.pack.heat_transfer_W_m2_K
+        assert transfer_W_m2_K is not None
+        heating = SelfHeating(heat_transfer_W_m2_K=transfer_W_m2_K)
         return replace(self.pack, effects=(*self.pack.effects, heating))
 
 
@@ -132,8 +130,7 @@ def base_of(given: Given, cache: Path) -> Base:
     """
     ways = [(_kept(g, cache), g) for g in (given, *without_faster(given))]
     base, own = min(ways, key=lambda way: way[0].error_V)
-    base = replace(base, pack=replace(base.pack, standard_errors=_tested(own, base, cache)))
-    return _in_mount(own, base)
+    return replace(base, pack=replace(base.pack, standard_errors=_tested(own, base, cache)))
 
 
 def without_faster(given: Given) -> Iterator[Given]:
@@ -163,13 +160,19 @@ def _kept(given: Given, cache: Path) -> Base:
         _calibrate(given, place)
     cell = load_cell(place / "cell.bpx.json")
     told = json.loads((place / "base.json").read_text())
+    transfer, std = in_mount(told["cooling"], given.mount)
     pack = Pack(
-        cell=cell, initial_K=ROOM_K,
-        heat_transfer_W_m2_K=told["heat_transfer_W_m2_K"] or None,
-        heat_transfer_std_W_m2_K=told["heat_transfer_std_W_m2_K"] or None,
+        cell=cell, initial_K=ROOM_K, heat_transfer_W_m2_K=transfer, heat_transfer_std_W_m2_K=std,
         effects=(SeriesResistance(resistance_ohm=told["series_resistance_ohm"]),),
     )  # fmt: skip
     return Base(pack=pack, **told)
+
+
+def in_mount(
+    cooling: Mapping[str, tuple[float, float]], mount: str
+) -> tuple[float, float] | tuple[None, None]:
+    """Of `Base.cooling` in a mount; none where there is none."""
+    return cooling.get(mount, cooling[""]) if cooling else (None, None)
 
 
 def rest_soc(cell: Cell, rest_V: float) -> float:
@@ -215,11 +218,9 @@ def _calibrate(given: Given, place: Path) -> None:
         ]
         named = ", ".join(tests[k].name for k in near)
         errors_V[f"{named}, by a fit to the others"] = float(np.sqrt(np.mean(squares)))
-    estimates = answer(best.problem, best.q).estimates
     told = {
         "series_resistance_ohm": ohm.resistance_ohm,
-        "heat_transfer_W_m2_K": transfer or 0.0,
-        "heat_transfer_std_W_m2_K": next((e.std for e in estimates if e.name == WARMING[1]), 0.0),
+        "cooling": of_mounts(best.problem, best.q, answer(best.problem, best.q)),
         "warming_K": _warming_K(best),
         "full_soc": full_soc,
         "errors_V": errors_V,
@@ -238,30 +239,16 @@ def _tested(given: Given, base: Base, cache: Path) -> Tested:
 
 
 def _by_tests(given: Given, base: Base) -> Tested:
-    pack = base.heated() if base.heat_transfer_W_m2_K else base.pack
-    return by_tests(_started(given, base, pack), base.error_V, only=given.only)
-
-
-def _in_mount(given: Given, base: Base) -> Base:
-    """The same, cooled as in the mount of the trial, if a test in it was measured."""
-    own = [(t, pack) for t, pack in _started(given, base, base.pack) if given.in_mount(t.name)]
-    there = of_mount(own)
-    if there is None:
-        return base
-    value, std = there
-    pack = replace(base.pack, heat_transfer_W_m2_K=value, heat_transfer_std_W_m2_K=std)
-    return replace(base, pack=pack, heat_transfer_W_m2_K=value, heat_transfer_std_W_m2_K=std)
-
-
-def _started(given: Given, base: Base, pack: Pack) -> list[tuple[ReferenceTest, Pack]]:
-    """Each test that it was fitted to, and `pack` at its start."""
+    """Each of the tests from its own start, cooled as in its own mount."""
 
     def start(test: RealTest, own: ReferenceTest) -> Pack:
+        transfer, _ = in_mount(base.cooling, test.mount)
+        pack = base.heated(transfer) if transfer else base.pack
         soc = start_soc(pack.cell, test, base.full_soc)
         return replace(pack, initial_soc=soc, initial_K=own.ambient_K)
 
-    both = _as_fitted(given, ROOM_K)
-    return [(reference, start(test, reference)) for test, reference in both]
+    own = [(reference, start(test, reference)) for test, reference in _as_fitted(given, ROOM_K)]
+    return by_tests(own, base.error_V, only=given.only)
 
 
 def nearest(given: Given, tests: Sequence[ReferenceTest]) -> tuple[int, ...]:
@@ -373,7 +360,7 @@ def _key(given: Given) -> str:
     settings = [VERSION, given.start.capacity_C, given.asked_A, given.body, given.only]
     told.update(repr(settings).encode())
     for test in (*given.tests, *given.driven, *given.unseen):
-        told.update(test.name.encode())
+        told.update(f"{test.name} {test.mount}".encode())
         for values in (test.time_s, test.current_A, test.voltage_V, test.temperature_K):
             told.update(b"-" if values is None else np.ascontiguousarray(values).tobytes())
     return told.hexdigest()[:16]

@@ -123,13 +123,11 @@ def _samsung(folder: Path, concealed: Collection[str], cell: str = "S001") -> Gi
     Not fitted: 1C of the other of the two.
     """
     slow, pulses = samsung.read(folder, "C10"), samsung.pulses(folder)
-    others = () if cell == "S001" else (slow.name, pulses.name)
     unseen = (samsung_test(folder, "1C", "S002" if cell == "S001" else "S001"),)
     fast = (samsung_test(folder, n, cell) for n in ("2C", "3C", "4C") if n not in concealed)
     tests = (slow, samsung_test(folder, "1C", cell), pulses, *fast)
     return Given(
-        start=_thinner(_scaled(slow), POWER), tests=tests, unseen=unseen, body=SAMSUNG,
-        in_mount=lambda test: test not in others,
+        start=_thinner(_scaled(slow), POWER), tests=tests, unseen=unseen, body=SAMSUNG
     )  # fmt: skip
 
 
@@ -142,12 +140,7 @@ def _lg_m50(folder: Path, concealed: Collection[str]) -> Given:
     """Not fitted: 0.5C at 0 degC, which no trial of this cell uses.
 
     Not fitted to 2C in the cold: there the salt of the twin runs out, and least squares stop.
-    Each rate was drawn from another cell, in another mount.
     """
-
-    def one_rate(test: str) -> bool:
-        return {test.split()[0]} == {name.split()[0] for name in concealed}
-
     rates, pulses = (matlab(recording(folder, f)) for f in (lg_m50.RATES, lg_m50.PULSES))
     slow = lg_m50.rate(rates, 25, "0.1C")
     short = (lg_m50.pulse(pulses, tenths, slow) for tenths in lg_m50.PULSED)
@@ -155,25 +148,17 @@ def _lg_m50(folder: Path, concealed: Collection[str]) -> Given:
     others = (read(folder) for name, read in lg_m50s().items() if name not in hidden)
     start = Pack(cell=load_cell("lg_m50"))
     half, cold = (until(lg_m50.rate(rates, degrees, "0.5C"), FLOWN) for degrees in (25, 0))
-    return Given(
-        start=start, tests=(slow, half, *short, *others), unseen=(cold,), body=LG_M50,
-        in_mount=one_rate,
-    )  # fmt: skip
+    tests = (slow, half, *short, *others)
+    return Given(start=start, tests=tests, unseen=(cold,), body=LG_M50)
 
 
 def _lg_m50_2(folder: Path, concealed: Collection[str]) -> Given:
-    """The others' tests, but what was drawn as fast and as cold; and cell 786 at 25 degC.
-
-    That cell, at 0.5C, is in another mount than the others and than cell 796 at 2C.
-    """
+    """The others' tests, but what was drawn as fast and as cold; and cell 786 at 25 degC."""
     same = {name.split(",")[0] for name in concealed}
     own = lg_m50_other(folder, 786, "0.5C", 25)
     given = _lg_m50(folder, same)
     slow, _, *others = given.tests
-    of_786 = all(name.startswith("0.5C") for name in concealed)
-    return replace(
-        given, tests=(slow, own, *others), in_mount=lambda test: of_786 and test == own.name
-    )
+    return replace(given, tests=(slow, own, *others))
 
 
 def _lg_m50_slow(folder: Path, concealed: Collection[str]) -> Given:
@@ -274,10 +259,9 @@ def _published(make: Callable[[Path], RealCell]) -> BaseOf:
             upper_cut_off_V=cell.baseline.cell.upper_cut_off_V - BEYOND_V,
         )
         return Base(
-            pack=replace(cell.baseline, cell=narrow), series_resistance_ohm=0.0,
-            heat_transfer_W_m2_K=0.0, heat_transfer_std_W_m2_K=0.0, warming_K=0.0,
-            full_soc=cell.baseline.initial_soc, errors_V={slow.name: 1e-3 * off.rms},
-            fitted_V={},
+            pack=replace(cell.baseline, cell=narrow), series_resistance_ohm=0.0, cooling={},
+            warming_K=0.0, full_soc=cell.baseline.initial_soc,
+            errors_V={slow.name: 1e-3 * off.rms}, fitted_V={},
         )  # fmt: skip
 
     return base
@@ -296,8 +280,11 @@ def _cell(
     def base(
         folder: Path, cache: Path, concealed: Collection[str], *, asked_A: float = 0.0
     ) -> Base:
-        asked_A = max((rms_A(recordings[name](folder)) for name in concealed), default=asked_A)
-        return base_of(replace(given(folder, concealed), asked_A=asked_A), cache)
+        asked = [recordings[name](folder) for name in concealed]
+        asked_A = max((rms_A(test) for test in asked), default=asked_A)
+        mounts = {test.mount for test in asked}
+        mount = mounts.pop() if len(mounts) == 1 else ""
+        return base_of(replace(given(folder, concealed), asked_A=asked_A, mount=mount), cache)
 
     return Material(source, base, recordings, thin, rests)
 

@@ -55,6 +55,7 @@ def _whole(folder: Path, file: str) -> RealTest:
         time_s=np.insert(time_s, begins, time_s[begins - 1] + TICK_S),
         current_A=-np.insert(charge_A, begins, charge_A[begins]),
         voltage_V=np.insert(voltage_V, begins, np.nan),
+        mount="chamber",
     )
     return on_one_clock(test)
 

@@ -32,7 +32,7 @@ OTHER_COLUMNS = (3, 7, 8, 13)  # time, voltage, charging current, temperature
 
 
 def rate(raw: SimpleNamespace, degrees: int, name: str) -> RealTest:
-    """One discharge; temperature in the middle of the cell."""
+    """One discharge; temperature in the middle of the cell. Each rate has a cell and a mount."""
     test = getattr(getattr(raw, f"T{degrees}"), f"cRate_{name.replace('.', 'p')}")
     whole = RealTest(
         name=f"{name} {degrees} degC",
@@ -40,6 +40,7 @@ def rate(raw: SimpleNamespace, degrees: int, name: str) -> RealTest:
         current_A=-test.currVec,
         voltage_V=test.volVec,
         temperature_K=test.cellTemp_mid + ZERO_CELSIUS_K,
+        mount=name,
     )
     return discharge_of(on_one_clock(whole))
 
@@ -75,6 +76,7 @@ def other(folder: Path, cell: int, name: str, degrees: int, which: int = 0) -> R
         current_A=-charge_A,
         voltage_V=voltage_V,
         temperature_K=celsius + ZERO_CELSIUS_K,
+        mount=f"cell {cell}",
     )
     return on_one_clock(whole)
 

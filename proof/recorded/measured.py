@@ -45,6 +45,7 @@ class RealTest:
         current_A: at the terminals, discharge positive; straight from sample to sample.
         voltage_V: at the terminals; NaN where it was not recorded.
         temperature_K: measured on the cell; None if it was not.
+        mount: what held the cell: it cools alike in all tests with this name.
         drawn_before_C: charge drawn since the cell was charged as its maker says.
     """
 
@@ -53,6 +54,7 @@ class RealTest:
     current_A: FloatArray
     voltage_V: FloatArray
     temperature_K: FloatArray | None = None
+    mount: str = ""
     drawn_before_C: float = 0.0
 
     @cached_property
@@ -79,7 +81,7 @@ class RealTest:
         return ReferenceTest(
             name=self.name, time_s=self.time_s, current_A=self.current_A,
             voltage_V=self.voltage_V, between=between, ambient_K=ambient_K,
-            temperature_K=self.temperature_K,
+            temperature_K=self.temperature_K, mount=self.mount,
         )  # fmt: skip
 
 

@@ -37,6 +37,7 @@ def tests(folder: Path) -> dict[str, RealTest]:
             current_A=np.where(since_s > 0.0, -rows["current_ampere"], 0.0),
             voltage_V=rows["voltage_volt"],
             temperature_K=rows["temperature_t2_celsius"] + ZERO_CELSIUS_K,
+            mount="chamber",
         )
     return out
 

@@ -57,6 +57,7 @@ def read(folder: Path, file: str, name: str) -> tuple[RealTest, FloatArray]:
         current_A=-raw.Current,
         voltage_V=raw.Voltage,
         temperature_K=raw.Battery_Temp_degC + ZERO_CELSIUS_K,
+        mount="chamber",
     )
     counted = replace(test, voltage_V=-3600.0 * raw.Ah)  # travels with the samples that are kept
     return on_one_clock(test), on_one_clock(counted).voltage_V

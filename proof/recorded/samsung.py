@@ -23,7 +23,7 @@ LEAST_V = 2.0  # below it a sample is a fault of the logger
 def read(folder: Path, name: str, cell: str = "S001") -> RealTest:
     """One discharge of a cell, S001 or S002."""
     path = recording(folder, f"{FOLDER}{cell}/Q30_{cell}_{name}.csv")
-    return _test(name, np.genfromtxt(path, delimiter=",", encoding="utf-8-sig"))
+    return _test(name, np.genfromtxt(path, delimiter=",", encoding="utf-8-sig"), cell)
 
 
 def pulses(folder: Path) -> RealTest:
@@ -40,10 +40,10 @@ def pulses(folder: Path) -> RealTest:
     steps = np.diff(table[:, 0])
     steps[(steps <= 0) | (steps > 2 * PERIOD_S)] = PERIOD_S
     table[:, 0] = np.append(0.0, np.cumsum(steps))
-    return _test("pulses 20 degC", table)
+    return _test("pulses 20 degC", table, "S001")
 
 
-def _test(name: str, table: FloatArray) -> RealTest:
+def _test(name: str, table: FloatArray, cell: str) -> RealTest:
     sound = (np.abs(table) < 1e6).all(axis=1) & (table[:, COLUMNS["voltage_V"]] > LEAST_V)
     columns = {key: table[sound, place] for key, place in COLUMNS.items()}
     return RealTest(
@@ -52,6 +52,7 @@ def _test(name: str, table: FloatArray) -> RealTest:
         current_A=-columns["current_A"],
         voltage_V=columns["voltage_V"],
         temperature_K=columns["temperature"] + ZERO_CELSIUS_K,
+        mount=cell,
     )
 
 

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from reports.quantity import significant
 from twin.bumps import HEIGHT, is_bump
 from twin.calibrate.answer import Estimate, Verdict
-from twin.calibrate.parameters import MOUNT, START_V, of_one_test
+from twin.calibrate.parameters import MOUNT, START_V, of_tests
 
 # what a parameter's name ends in -> words, unit, factor from SI
 QUANTITIES = {
@@ -86,7 +86,7 @@ def phrase(name: str) -> str:
 
 def in_order(names: Sequence[str]) -> list[int]:
     """Places of those of the cell, without bumps: of all of it, then layer by layer."""
-    cell = [k for k, name in enumerate(names) if not (of_one_test(name) or is_bump(name))]
+    cell = [k for k, name in enumerate(names) if not (of_tests(name) or is_bump(name))]
     return sorted(cell, key=lambda k: _layer(names[k]))
 
 

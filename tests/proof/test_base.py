@@ -8,10 +8,12 @@ import numpy as np
 import pytest
 
 from proof.recorded.base import Base, Body, Given, base_of, nearest, without_faster
-from proof.recorded.cooling import cooled, of_mount
+from proof.recorded.cooling import cooled, of_mounts
 from proof.recorded.measured import RealTest
 from twin.builtin import load_cell
-from twin.calibrate.reference import ReferenceTest
+from twin.calibrate.answer import answer
+from twin.calibrate.parameters import MOUNT_STD, WARMING
+from twin.calibrate.run import fit, problem_of
 from twin.effects import SelfHeating
 from twin.load import Load
 from twin.mismatch.tested import Tested
@@ -103,8 +105,8 @@ def test_a_fast_pulse_is_not_left_out() -> None:
 def test_the_base_is_what_states_the_least_error(monkeypatch: pytest.MonkeyPatch) -> None:
     def kept(g: Given, cache: Path) -> Base:  # noqa: ARG001
         return Base(
-            pack=g.start, series_resistance_ohm=0.0, heat_transfer_W_m2_K=0.0,
-            heat_transfer_std_W_m2_K=0.0, warming_K=0.0, full_soc=1.0, fitted_V={},
+            pack=g.start, series_resistance_ohm=0.0, cooling={}, warming_K=0.0, full_soc=1.0,
+            fitted_V={},
             errors_V={"own": least if len(g.tests) == 2 else 0.02, "other": 0.01},
         )  # fmt: skip
 
@@ -119,7 +121,7 @@ def test_the_base_is_what_states_the_least_error(monkeypatch: pytest.MonkeyPatch
         assert base.error_V == min(least, 0.02)
         (told,) = base.pack.standard_errors["reaction_kinetics"].values()
         assert told == (2.0 if least < 0.02 else 3.0)  # of the same one
-        assert base.heat_transfer_W_m2_K == 0.0  # no test measured a temperature
+        assert base.pack.heat_transfer_W_m2_K is None  # no test measured a temperature
 
 
 def warmed(transfer: float, current_A: float, name: str = "") -> RealTest:
@@ -128,9 +130,10 @@ def warmed(transfer: float, current_A: float, name: str = "") -> RealTest:
     load = Load(time_s=time_s, current_A=np.full(100, current_A), ambient_K=298.15)
     heating = SelfHeating(heat_transfer_W_m2_K=transfer)
     pack = Pack(cell=load_cell("lg_m50"), effects=(heating,))
+    done = simulate(pack, load)
     return RealTest(
-        name=name, time_s=time_s, current_A=load.current_A, voltage_V=np.full(100, 3.7),
-        temperature_K=simulate(pack, load).temperature_K,
+        name=name, time_s=time_s, current_A=load.current_A, voltage_V=done.voltage_V,
+        temperature_K=done.temperature_K,
     )  # fmt: skip
 
 
@@ -153,38 +156,45 @@ def test_the_cooling_is_that_of_the_fastest_test_that_the_pack_follows_to_its_en
 
 
 def test_the_cooling_of_a_mount_is_that_of_the_tests_in_it() -> None:
-    """Two tests cooled by 18 and 22 W/(m2 K); one that was slow tells little of it."""
-    cell = Pack(cell=load_cell("lg_m50"))
+    """Cooled by 18 and 22 W/(m2 K); of a third mount it is told what these have in common."""
+    pack = replace(
+        Pack(cell=load_cell("lg_m50")), effects=(SelfHeating(heat_transfer_W_m2_K=20.0),)
+    )
+    tests = [
+        replace(warmed(transfer, 5.0, f"{transfer:g}"), mount=mount).reference(ambient_K=298.15)
+        for transfer, mount in ((18.0, "one"), (22.0, "other"))
+    ]
+    problem = problem_of(pack, tests, only=WARMING)
+    *_, best = fit(problem)
+    found = of_mounts(best.problem, best.q, answer(best.problem, best.q))
+    assert list(found) == ["one", "other", ""]
+    assert found["one"][0] == pytest.approx(18.0, rel=0.02)
+    assert found["other"][0] == pytest.approx(22.0, rel=0.02)
+    value, std = found[""]
+    assert 19.0 < value < 21.0
+    assert std > MOUNT_STD * value > 3.0 * max(found["one"][1], found["other"][1])
+    alike = problem_of(pack, [replace(t, mount="one") for t in tests], only=WARMING)
+    *_, best = fit(alike)
+    found = of_mounts(best.problem, best.q, answer(best.problem, best.q))
+    assert list(found) == ["one", ""]
+    assert found["one"][0] == found[""][0]
+    cold = problem_of(pack, [replace(t, temperature_K=None) for t in tests])
+    q = np.zeros(len(cold.free))
+    assert of_mounts(cold, q, answer(cold, q)) == {}
 
-    def test_in(transfer: float, current_A: float) -> tuple[ReferenceTest, Pack]:
-        return warmed(transfer, current_A).reference(ambient_K=298.15), cell
 
-    both = of_mount([test_in(18.0, 5.0), test_in(22.0, 5.0)])
-    assert both is not None
-    value, std = both
-    assert value == pytest.approx(20.0, rel=0.02)
-    assert 1.0 < std < 2.5  # half of what they differ by, over the root of two
-    uneven = of_mount([test_in(18.0, 5.0), test_in(22.0, 0.5)])
-    assert uneven is not None
-    assert uneven[0] == pytest.approx(18.0, rel=0.02)
-    nothing = replace(test_in(18.0, 5.0)[0], temperature_K=None)
-    assert of_mount([(nothing, cell)]) is None
-
-
-def test_a_base_states_the_cooling_of_the_mount_of_its_trial(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
-    pack = Pack(cell=load_cell("lg_m50"), heat_transfer_W_m2_K=30.0, heat_transfer_std_W_m2_K=3.0)
-    base = Base(
-        pack=pack, series_resistance_ohm=0.0, heat_transfer_W_m2_K=30.0,
-        heat_transfer_std_W_m2_K=3.0, warming_K=0.0, full_soc=1.0, errors_V={}, fitted_V={},
-    )  # fmt: skip
-    monkeypatch.setattr("proof.recorded.base._kept", lambda g, cache: base)  # noqa: ARG005
-    monkeypatch.setattr("proof.recorded.base._tested", lambda g, base, cache: {})  # noqa: ARG005
-    monkeypatch.setattr(Base, "error_V", 0.01)
+def test_a_base_states_the_cooling_of_the_mount_of_its_trial(tmp_path: Path) -> None:
     slow, fast = warmed(18.0, 2.5, "0.5C"), warmed(40.0, 5.0, "1C")
-    for name, cooling in (("0.5C", 18.0), ("1C", 40.0), ("2C", 30.0)):
-        g = replace(given((slow, fast), 0.0), in_mount=lambda test, name=name: test == name)
-        own = base_of(g, Path())
-        assert own.heat_transfer_W_m2_K == pytest.approx(cooling, rel=0.01)
-        assert own.pack.heat_transfer_W_m2_K == own.heat_transfer_W_m2_K
+    cell = load_cell("lg_m50")
+    body = Body(heat_capacity_J_K=cell.heat_capacity_J_K, cooling_area_m2=cell.cooling_area_m2)
+    tests = (replace(slow, mount="still"), replace(fast, mount="windy"))
+    told = replace(given(tests, 2.5), only=(), body=body)
+    cooling = {
+        mount: base_of(replace(told, mount=mount), tmp_path).pack
+        for mount in ("still", "windy", "elsewhere")
+    }
+    transfers = {mount: pack.heat_transfer_W_m2_K for mount, pack in cooling.items()}
+    assert transfers["still"] == pytest.approx(18.0, rel=0.1)
+    assert transfers["windy"] == pytest.approx(40.0, rel=0.1)
+    assert 20.0 < transfers["elsewhere"] < 38.0
+    assert len(list(tmp_path.iterdir())) == 1  # a calibration does not depend on it

@@ -13,7 +13,7 @@ import numpy.typing as npt
 from twin.calibrate.answer import Answer
 from twin.calibrate.cell_map import Infeasible
 from twin.calibrate.objective import Problem
-from twin.calibrate.parameters import of_one_test
+from twin.calibrate.parameters import of_tests
 from twin.calibrate.reference import ReferenceTest
 from twin.calibrate.resample import FLOOR_V, sampled
 
@@ -89,7 +89,7 @@ def advise(
 ) -> tuple[Advice, ...]:
     """The candidates that this cell completes, the most informative first."""
     noise_V = float(np.median([t.noise_V for t in problem.tests]))
-    cell = [k for k, name in enumerate(found.names) if not of_one_test(name)]
+    cell = [k for k, name in enumerate(found.names) if not of_tests(name)]
     before = found.covariance[np.ix_(cell, cell)]
     out = []
     for candidate in candidates:

@@ -83,7 +83,7 @@ def fitted(problem: Problem, q: FloatArray, tests: Sequence[ReferenceTest]) -> t
             time_s=test.time_s[told],
             current_A=test.current_A[told],
             measured_V=test.voltage_V[told],
-            simulated_V=problem.replayed(q, test, start_V, mount=problem.mount(q, k))[told],
+            simulated_V=problem.replayed(q, test, start_V)[told],
             soc=(soc - test.drawn_C() / capacity_C)[told],
             noise_V=problem.tests[k].noise_V,
             between=test.between,

@@ -24,8 +24,9 @@ from twin.calibrate.parameters import (
     Parameter,
     bump_parameters,
     cell_table,
+    mount_name,
     mount_parameters,
-    of_one_test,
+    of_tests,
     start_parameters,
 )
 from twin.calibrate.reference import ReferenceTest
@@ -50,8 +51,8 @@ class Problem:
     Attributes:
         pack: of one cell.
         tests: what was measured.
-        table: all parameters of the cell, then how each test cooled, where several show it, then
-            the start of each test.
+        table: all parameters of the cell, then how it cools in each mount, where several show it,
+            then the start of each test.
         free: (k,) positions in `table` of those that are asked for; the others stay at their mean.
         held: (k,) which of these stay there too, since the tests do not tell them.
         unbumped: of a cell with bumps on its potential the test that tells it best, and what a fit
@@ -77,14 +78,13 @@ class Problem:
             )
         cell = tuple(table)
         kept = [i for i, p in enumerate(cell) if only is None or p.name in only]
-        warm = self._told_apart([cell[i].name for i in kept])
-        mounts = mount_parameters([self.tests[k] for k in warm])
+        mounts = mount_parameters(self._told_apart([cell[i].name for i in kept]))
         self.table = (*cell, *mounts, *start_parameters(self.tests, pack))
         self._of_cell = len(cell)
-        self._mounts = {k: len(cell) + n for n, k in enumerate(warm)}
+        self._mounts = {p.name: len(cell) + n for n, p in enumerate(mounts)}
         self.free = (*kept, *range(len(cell), len(self.table)))
         self.held = np.array([self.table[i].name in held for i in self.free])
-        own = [MOUNT] if warm else []
+        own = [MOUNT] if mounts else []
         self._map = CellMap(self.pack, (*(p.name for p in cell), *own, START_V))
         self._simulator = Simulator(self.pack)
         self._filler_means = filler_shares(self.pack)
@@ -124,10 +124,11 @@ class Problem:
         """Whether it was measured how the cell warms, and it does so in the twin."""
         return self._heats and self.tests[test].temperature_K is not None
 
-    def _told_apart(self, free: Collection[str]) -> tuple[int, ...]:
-        """The tests that each show how they cool; none if it is but one."""
-        warm = tuple(k for k in range(len(self.tests)) if self.warming(k))
-        return warm if len(warm) > 1 and WARMING[1] in free else ()
+    def _told_apart(self, free: Collection[str]) -> tuple[str, ...]:
+        """The mounts whose tests show how the cell cools there; none if it is but one."""
+        warm = [mount_name(t) for k, t in enumerate(self.tests) if self.warming(k)]
+        names = tuple(dict.fromkeys(warm))
+        return names if len(names) > 1 and WARMING[1] in free else ()
 
     def residuals(self, q: FloatArray) -> FloatArray:
         """Measured minus simulated voltage over what is expected of it, test by test.
@@ -225,14 +226,15 @@ class Problem:
         """Open-circuit voltage at a state of charge; `q` as in `replayed`."""
         return self._map.rest_V(self._values_of_cell(q), soc)
 
-    def replayed(
-        self, q: FloatArray, test: ReferenceTest, start_V: float, *, mount: float = 1.0
-    ) -> FloatArray:
+    def replayed(self, q: FloatArray, test: ReferenceTest, start_V: float) -> FloatArray:
         """(n,) voltage at every sample of any `test`; NaN from where the simulation ended.
 
-        `q` (k,): those of tests may be left out, they are not used. `mount` is how it cools, over
-        how the cell does on the whole. Infeasible if no cell has these values.
+        It cools as in its mount; in one that is not among those of this problem, as on the whole.
+        `q` (k,): those of mounts and tests may be left out. Infeasible if no cell has these values.
         """
+        place = self._mounts.get(mount_name(test))
+        told = place is not None and q.size == len(self.free)
+        mount = float(self.values(q)[place]) if told else 1.0
         numbers = self._map(np.append(self._values_of_cell(q, mount), start_V))[0]
         done = self._simulator.solved(test.load(), numbers, FINE_MESH).voltage_V
         return np.concatenate([done, np.full(test.time_s.size - done.size, np.nan)])
@@ -299,7 +301,7 @@ class Problem:
     @property
     def _only(self) -> list[str]:
         """Names of the free parameters of the cell."""
-        return [p.name for p in self.parameters if not of_one_test(p.name)]
+        return [p.name for p in self.parameters if not of_tests(p.name)]
 
     def _values_of_cell(self, q: FloatArray, mount: float = 1.0) -> FloatArray:
         out = self._means()[: self._of_cell]
@@ -318,11 +320,6 @@ class Problem:
         start_V = values[-len(self.tests)]
         return self._map(np.append(self._values_of_cell(q), start_V))[0]
 
-    def mount(self, q: FloatArray, test: int) -> float:
-        """How a test cooled, over how the cell does on the whole; 1 where nothing shows it."""
-        place = self._mounts.get(test)
-        return 1.0 if place is None else float(self.values(q)[place])
-
     def missed_fillers(self, derived: FloatArray) -> tuple[FloatArray, FloatArray]:
         """(2,) by how many deviations of their prior the fillers lie below its mean, and the slope.
 
@@ -337,20 +334,21 @@ class Problem:
         """(rows, k) by coordinates, from (rows, values) by the values of one test."""
         own = {i: i for i in range(self._of_cell)}
         own[len(self.table) - len(self.tests) + test] = by_values.shape[1] - 1
-        if test in self._mounts:
-            own[self._mounts[test]] = self._of_cell
+        place = self._mounts.get(mount_name(self.tests[test]))
+        if place is not None:
+            own[place] = self._of_cell
         out = np.zeros((by_values.shape[0], q.size))
-        for k, (place, p) in enumerate(zip(self.free, self.parameters, strict=True)):
-            if place in own:
-                out[:, k] = by_values[:, own[place]] * p.slope(float(q[k]))
+        for k, (i, p) in enumerate(zip(self.free, self.parameters, strict=True)):
+            if i in own:
+                out[:, k] = by_values[:, own[i]] * p.slope(float(q[k]))
         return out
 
     def _means(self) -> FloatArray:
         return np.array([p.mean for p in self.table])
 
     def _values_at(self, values: FloatArray, test: int) -> FloatArray:
-        """Those of the cell, then of one test: how it cooled, and its start."""
-        place = self._mounts.get(test)
+        """Those of the cell, then of one test: how it cools in its mount, and its start."""
+        place = self._mounts.get(mount_name(self.tests[test]))
         own = [1.0 if place is None else values[place]] if self._mounts else []
         return np.append(values[: self._of_cell], [*own, values[test - len(self.tests)]])
 

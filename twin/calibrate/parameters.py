@@ -12,8 +12,8 @@ Free here are: of the two windows' ends when empty that in the flatter potential
 window's when full, Q, the radii and porosities. The other ends, fillers and areas follow and are
 reported beside them. Beyond the table: a resistance in series (tabs, leads), the open-circuit
 voltage at the start of each test, and, where the tests were warm and cold, the activation energies,
-and where it was measured how a cell warms, its heat capacity and how it cools, in several tests
-also how the mount of each does.
+and where it was measured how a cell warms, its heat capacity and how it cools, in several mounts
+also how each does.
 """
 
 from collections.abc import Sequence
@@ -24,6 +24,7 @@ from math import exp, log
 import casadi as ca
 
 from twin.bumps import bump_names
+from twin.calibrate.reference import ReferenceTest
 from twin.calibrate.resample import Sampled
 from twin.cell import Cell
 from twin.constants import FARADAY_C_mol
@@ -111,7 +112,7 @@ ACTIVATION_STD_J_mol, ACTIVATION_MOST_J_mol = 12e3, 100e3
 START_V = "start_V"
 WARMING = ("heat_capacity_J_K", "heat_transfer_W_m2_K")
 MOUNT, MOUNT_STD, MOUNT_MOST = "mount", 0.15, 3.0
-"""How a cell cools in the mount of one test, over how it does on the whole.
+"""How a cell cools in one mount, over how it does on the whole.
 
 At rest cells of an LG M50 lose all but 1/e of their warmth in 472 to 484 s in one mount, 540 and
 605 to 616 s in two others (`proof.recorded.lg_m50.cools_s`): 0.11 in the logarithm."""
@@ -213,17 +214,22 @@ def start_parameters(tests: Sequence[Sampled], pack: Pack) -> tuple[Parameter, .
     )
 
 
-def mount_parameters(tests: Sequence[Sampled]) -> tuple[Parameter, ...]:
-    """The cooling of each test over that of all."""
+def mount_name(test: Sampled | ReferenceTest) -> str:
+    """As its parameter has it: that of the test, if the mount is its own."""
+    return f"{MOUNT}:{test.mount or test.name}"
+
+
+def mount_parameters(names: Sequence[str]) -> tuple[Parameter, ...]:
+    """The cooling in each mount over that in all."""
     return tuple(
-        Parameter(name=f"{MOUNT}:{test.name}", unit="", mean=1.0, std=MOUNT_STD,
+        Parameter(name=name, unit="", mean=1.0, std=MOUNT_STD,
                   lower=1.0 / MOUNT_MOST, upper=MOUNT_MOST, scale=Scale.LOG)
-        for test in tests
+        for name in names
     )  # fmt: skip
 
 
-def of_one_test(name: str) -> bool:
-    """A parameter belongs to one test, not to the cell."""
+def of_tests(name: str) -> bool:
+    """A parameter belongs to one test, or to one mount, not to the cell."""
     return name.startswith((f"{MOUNT}:", f"{START_V}:"))
 
 

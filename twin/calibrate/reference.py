@@ -31,6 +31,8 @@ class ReferenceTest:
         between: how the current runs between the samples.
         ambient_K: temperature of the surroundings; the cell has it at the start.
         temperature_K: (n,) measured on the cell; None if it was not.
+        mount: what held the cell: it cools alike in all tests with this name; empty if the test
+            had one of its own.
         remarks: what was detected, and what this test leaves unknown.
         cells_V: (series, n) of each cell of the pack; None where they were not measured.
     """
@@ -42,6 +44,7 @@ class ReferenceTest:
     between: Between = Between.HOLD
     ambient_K: float = 298.15
     temperature_K: FloatArray | None = None
+    mount: str = ""
     remarks: tuple[str, ...] = ()
     cells_V: FloatArray | None = None
 

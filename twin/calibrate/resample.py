@@ -50,6 +50,7 @@ class Sampled:
         start_V: about the open-circuit voltage at the start,
         start_sigma_V: and how well that is known.
         temperature_K: (m,) measured on the cell there; None if it was not.
+        mount: of the test.
         missed_V: (m,) what coarse steps and mesh miss there, added to what is simulated.
         model_V: what the model may miss in each sample, beside noise and FLOOR_V; in `sigma_V`.
     """
@@ -65,6 +66,7 @@ class Sampled:
     start_V: float
     start_sigma_V: float
     temperature_K: FloatArray | None = None
+    mount: str = ""
     missed_V: FloatArray | float = 0.0
     model_V: float = 0.0
 
@@ -128,6 +130,7 @@ def sampled(test: ReferenceTest, capacity_C: float) -> Sampled:
         start_V=start_V,
         start_sigma_V=start_sigma_V,
         temperature_K=None if test.temperature_K is None else test.temperature_K[index[told]],
+        mount=test.mount,
     )  # fmt: skip
 
 

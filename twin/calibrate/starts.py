@@ -13,7 +13,7 @@ from scipy.stats.qmc import MultivariateNormalQMC
 
 from twin.calibrate.cell_map import Infeasible
 from twin.calibrate.objective import Problem
-from twin.calibrate.parameters import EMPTY_ENDS, of_one_test
+from twin.calibrate.parameters import EMPTY_ENDS, of_tests
 from twin.calibrate.polish import Polished, polish
 
 FloatArray = npt.NDArray[np.float64]
@@ -53,7 +53,7 @@ def drawn(problem: Problem, q: FloatArray) -> Iterator[FloatArray]:
     """The best TRIED of some points of the prior, the best first; windows and starts are q's."""
     low, high = problem.bounds
     names = [p.name for p in problem.parameters]
-    kept = [name in WINDOWS or of_one_test(name) for name in names]
+    kept = [name in WINDOWS or of_tests(name) for name in names]
     points = MultivariateNormalQMC(np.zeros(q.size), seed=0).random(DRAWN)
     points = np.clip(np.where(kept, q, points), low, high)
     costs = problem.costs((points - low) / (high - low))

@@ -186,15 +186,32 @@ def test_each_test_cools_as_its_mount_does() -> None:
     tests = [warming_in(25.0, 20.0), warming_in(24.0, 30.0)]
     problem = problem_of(pack, tests, only=WARMING)
     *_, last = fit(problem)
-    own = [
-        last.problem.numbers(last.q)[WARMING[1]] * last.problem.mount(last.q, k) for k in range(2)
-    ]
+    own = [last.problem.mapped(last.q, k).numbers[WARMING[1]] for k in range(2)]
     assert own == pytest.approx([20.0, 30.0], rel=0.03)
-    for k, transfer in enumerate(own):
-        assert last.problem.mapped(last.q, k).numbers[WARMING[1]] == pytest.approx(transfer)
     found = conclude(last.problem, last.q, tests, cross_validate=False)
     assert 20.0 < found.numbers[WARMING[1]] < 30.0  # what the cell has on the whole
     one = problem_of(pack, tests[:1])
+    assert not any(p.name.startswith(f"{MOUNT}:") for p in one.parameters)
+
+
+def test_tests_in_one_mount_share_how_it_cools() -> None:
+    """And a test without a temperature cools as those beside it in the mount."""
+    pack = replace(cell_pack(), effects=(SelfHeating(heat_transfer_W_m2_K=25.0),))
+    told = [(25.0, 20.0, "still"), (24.0, 30.0, "windy"), (23.0, 30.0, "windy")]
+    tests = [replace(warming_in(c, w), name=f"{c:g}", mount=mount) for c, w, mount in told]
+    blind = replace(tests[2], name="blind", temperature_K=None)
+    problem = problem_of(pack, [*tests, blind], only=WARMING)
+    names = [p.name for p in problem.parameters if p.name.startswith(f"{MOUNT}:")]
+    assert names == [f"{MOUNT}:still", f"{MOUNT}:windy"]
+    *_, last = fit(problem)
+    own = [last.problem.mapped(last.q, k).numbers[WARMING[1]] for k in range(4)]
+    assert own == pytest.approx([20.0, 30.0, 30.0, 30.0], rel=0.03)
+    assert own[1] == own[2] == own[3]
+    start_V = float(last.problem.values(last.q)[-1])
+    beside = last.problem.replayed(last.q, blind, start_V)
+    alone = last.problem.replayed(last.q, replace(blind, mount="elsewhere"), start_V)
+    assert np.abs(beside - alone).max() > 1e-4
+    one = problem_of(pack, [replace(t, mount="still") for t in tests])
     assert not any(p.name.startswith(f"{MOUNT}:") for p in one.parameters)
 
 
