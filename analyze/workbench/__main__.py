@@ -123,6 +123,12 @@ def age(**options: object) -> None:
     help="How the current runs between rows: held (programmed steps), or straight (a sensor).",
 )
 @click.option(
+    "--one-mount",
+    is_flag=True,
+    help="All tests were made in one mount, where the cell cools alike. Otherwise each test with a "
+    "column of temperatures cools as its own mount does, within about 15 %.",
+)
+@click.option(
     "--evaluations",
     type=click.IntRange(min=0),
     metavar="N",

@@ -54,6 +54,7 @@ class Request:
     pack: Path
     out: Path
     between: str
+    one_mount: bool
     resume: bool
     seed: int
     evaluations: int
@@ -118,8 +119,14 @@ def _of_tests(request: Request) -> int:
     with _refusing():
         pack, use, doubts = pack_alone(choice)
         read = [_read(path, pack, request.between, use.ambient_K) for path in request.tests]
-        tests = [test for test, _ in read]
+        mount = "one" if request.one_mount else ""
+        tests = [replace(test, mount=mount) for test, _ in read]
         problem = problem_of(pack, tests)
+    if request.one_mount and sum(map(problem.warming, range(len(tests)))) < 2:
+        raise WrongUse(
+            "--one-mount: nothing tells mounts apart: expected two tests or more with a column of "
+            "temperatures, and self_heating in the physics of the pack file"
+        )
     make_writable(request.out.parent)
     start, journal = _earlier(request)
     click.echo(pack_lines(use))

@@ -114,6 +114,31 @@ def test_a_pack_file_comes_out_whose_pack_does_what_was_measured(tmp_path: Path)
     assert tomllib.loads((out / "new.toml").read_text())["pack"]["cell"] == "new.bpx.json"
 
 
+def test_tests_in_one_mount_share_how_they_cool(tmp_path: Path) -> None:
+    rows = [f"{t},{0.0 if t < 10 else -4.0},{16.4 - 1e-4 * t},{25 + 0.01 * t}" for t in range(60)]
+    head = "time / s,current / A,voltage / V"
+    files = [str(tmp_path / f"{name}.csv") for name in "ab"]
+    for file in files:
+        Path(file).write_text("\n".join([f"{head},temperature / C", *rows]) + "\n")
+    told = {}
+    for option in ((), ("--one-mount",)):
+        result = call(tmp_path, *files, *option, "--evaluations", "0")
+        assert result.exit_code == 0, result.output
+        told[option] = json.loads((tmp_path / "out" / "new.fit.json").read_text())["values"]
+    own, one = ({n for n in values if n.startswith("mount:")} for values in told.values())
+    assert own == {"mount:a", "mount:b"}
+    assert not one
+    for text, pack in (
+        (head, PACK),
+        (f"{head},temperature / C", PACK.replace('"self_heating", ', "")),
+    ):
+        for file in files:
+            Path(file).write_text("\n".join([text, *rows]) + "\n")
+        result = call(tmp_path, *files, "--one-mount", pack=pack)
+        assert result.exit_code == 2
+        assert "expected two tests or more with a column of temperatures" in result.output
+
+
 def test_no_number_is_cut_off_where_the_terminal_is_narrow(
     capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
