@@ -125,8 +125,8 @@ def age(**options: object) -> None:
 @click.option(
     "--one-mount",
     is_flag=True,
-    help="All tests were made in one mount, where the cell cools alike. Otherwise each test with a "
-    "column of temperatures cools as its own mount does, within about 15 %.",
+    help="All tests were made in one mount, where the cell cools alike within about 5 %. Otherwise "
+    "each test with a column of temperatures cools as its own mount does, within about 15 %.",
 )
 @click.option(
     "--evaluations",

@@ -10,7 +10,7 @@ from scipy.optimize import minimize_scalar
 from proof.recorded.measured import RealTest
 from twin.calibrate.answer import Answer
 from twin.calibrate.objective import Problem
-from twin.calibrate.parameters import MOUNT_STD, WARMING, mount_name
+from twin.calibrate.parameters import MOUNT_STD, TEST_STD, WARMING, mount_name
 from twin.effects import SelfHeating
 from twin.load import Load
 from twin.pack import Pack
@@ -56,9 +56,10 @@ def cooled(pack: Pack, tests: Sequence[RealTest]) -> Pack:
 
 
 def of_mounts(problem: Problem, q: FloatArray, told: Answer) -> dict[str, tuple[float, float]]:
-    """Heat transfer of a calibrated cell in each mount, and its standard error [W/(m2 K)].
+    """Heat transfer of a calibrated cell in one more test in each mount [W/(m2 K)].
 
-    Under "" that in a mount which none of the tests was in. Empty if no warming was measured.
+    And its standard error. Under "" that in a mount which none of the tests was in. Empty if no
+    warming was measured.
 
     Args:
         problem: that was solved.
@@ -71,15 +72,14 @@ def of_mounts(problem: Problem, q: FloatArray, told: Answer) -> dict[str, tuple[
     values, stds = problem.values_by_name(q), np.array([p.std for p in problem.parameters])
     by_log = told.covariance * np.outer(stds, stds)
 
-    def of(*factors: str) -> tuple[float, float]:
-        own = [places[name] for name in factors]
-        value = float(np.prod([values[name] for name in factors]))
-        return value, value * float(np.sqrt(by_log[np.ix_(own, own)].sum()))
+    def of(names: Sequence[str], std: float) -> tuple[float, float]:
+        own = [places[name] for name in names if name in places]
+        value = float(np.prod([values[told.names[k]] for k in own]))
+        return value, value * float(np.sqrt(by_log[np.ix_(own, own)].sum() + std**2))
 
-    value, std = of(WARMING[1])
-    own = {
-        t.mount: of(*(n for n in (WARMING[1], mount_name(t)) if n in places))
+    found = {
+        t.mount: of((WARMING[1], mount_name(t)), TEST_STD)
         for k, t in enumerate(problem.tests)
         if problem.warming(k)
     }
-    return own | {"": (value, float(np.hypot(std, MOUNT_STD * value)))}
+    return found | {"": of((WARMING[1],), float(np.hypot(MOUNT_STD, TEST_STD)))}

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from reports.quantity import significant
 from twin.bumps import HEIGHT, is_bump
 from twin.calibrate.answer import Estimate, Verdict
-from twin.calibrate.parameters import MOUNT, START_V, of_tests
+from twin.calibrate.parameters import MOUNT, OWN, START_V, of_tests
 
 # what a parameter's name ends in -> words, unit, factor from SI
 QUANTITIES = {
@@ -64,7 +64,9 @@ class Called:
 def called(name: str, unit: str = "") -> Called:
     """The parameter `name`; one that is not known here keeps its name and `unit`."""
     if is_mount(name):
-        return Called(f"cooling in {name.partition(':')[2]}, over that on the whole", "", 1.0)
+        kind, _, where = name.partition(":")
+        over = "on the whole" if kind == MOUNT else "in its mount"
+        return Called(f"cooling in {where}, over that {over}", "", 1.0)
     if is_start(name):
         return Called(f"rest voltage before {name.partition(':')[2]}", "V", 1.0)
     where, _, what = name.rpartition(".")
@@ -101,8 +103,8 @@ def is_start(name: str) -> bool:
 
 
 def is_mount(name: str) -> bool:
-    """How a test cooled."""
-    return name.startswith(f"{MOUNT}:")
+    """How the cell cools in a mount, or in a test."""
+    return name.startswith((f"{MOUNT}:", f"{OWN}:"))
 
 
 def with_unit(e: Estimate) -> str:

@@ -48,7 +48,7 @@ def parameters(report: CalibrationReport) -> Section:
     shown = cell_estimates(report.found)
     beside = {
         "Rest voltages before the tests, fitted with them": is_start,
-        "How the mounts of the tests cool, fitted with them": is_mount,
+        "How the cell cools in mounts and tests, fitted with them": is_mount,
         "Correction of the open-circuit curve, fitted with them": is_bump,
     }
     tables = [_table("Parameters of the cell", shown)]

@@ -125,9 +125,11 @@ def test_tests_in_one_mount_share_how_they_cool(tmp_path: Path) -> None:
         result = call(tmp_path, *files, *option, "--evaluations", "0")
         assert result.exit_code == 0, result.output
         told[option] = json.loads((tmp_path / "out" / "new.fit.json").read_text())["values"]
-    own, one = ({n for n in values if n.startswith("mount:")} for values in told.values())
+    own, one = (
+        {n for n in values if n.startswith(("mount:", "cooling:"))} for values in told.values()
+    )
     assert own == {"mount:a", "mount:b"}
-    assert not one
+    assert one == {"cooling:a", "cooling:b"}
     for text, pack in (
         (head, PACK),
         (f"{head},temperature / C", PACK.replace('"self_heating", ', "")),

@@ -24,6 +24,7 @@ from twin.calibrate.parameters import (
     Parameter,
     bump_parameters,
     cell_table,
+    in_mount_name,
     mount_name,
     mount_parameters,
     of_tests,
@@ -51,8 +52,8 @@ class Problem:
     Attributes:
         pack: of one cell.
         tests: what was measured.
-        table: all parameters of the cell, then how it cools in each mount, where several show it,
-            then the start of each test.
+        table: all parameters of the cell, then how it cools in mounts and tests, where several
+            show it, then the start of each test.
         free: (k,) positions in `table` of those that are asked for; the others stay at their mean.
         held: (k,) which of these stay there too, since the tests do not tell them.
         unbumped: of a cell with bumps on its potential the test that tells it best, and what a fit
@@ -124,11 +125,19 @@ class Problem:
         """Whether it was measured how the cell warms, and it does so in the twin."""
         return self._heats and self.tests[test].temperature_K is not None
 
-    def _told_apart(self, free: Collection[str]) -> tuple[str, ...]:
-        """The mounts whose tests show how the cell cools there; none if it is but one."""
-        warm = [mount_name(t) for k, t in enumerate(self.tests) if self.warming(k)]
-        names = tuple(dict.fromkeys(warm))
-        return names if len(names) > 1 and WARMING[1] in free else ()
+    def _told_apart(self, free: Collection[str]) -> list[Sampled]:
+        """The tests that show how the cell cools there, if it may cool otherwise."""
+        warm = [t for k, t in enumerate(self.tests) if self.warming(k)]
+        return warm if WARMING[1] in free else []
+
+    def _cooling(self, values: FloatArray, test: Sampled | ReferenceTest) -> float:
+        """In a test over that on the whole."""
+        return float(np.prod([values[place] for place in self._places(test)]))
+
+    def _places(self, test: Sampled | ReferenceTest) -> list[int]:
+        """In `table`, of how a test cools."""
+        names = (mount_name(test), in_mount_name(test))
+        return [self._mounts[name] for name in names if name in self._mounts]
 
     def residuals(self, q: FloatArray) -> FloatArray:
         """Measured minus simulated voltage over what is expected of it, test by test.
@@ -232,9 +241,7 @@ class Problem:
         It cools as in its mount; in one that is not among those of this problem, as on the whole.
         `q` (k,): those of mounts and tests may be left out. Infeasible if no cell has these values.
         """
-        place = self._mounts.get(mount_name(test))
-        told = place is not None and q.size == len(self.free)
-        mount = float(self.values(q)[place]) if told else 1.0
+        mount = self._cooling(self.values(q), test) if q.size == len(self.free) else 1.0
         numbers = self._map(np.append(self._values_of_cell(q, mount), start_V))[0]
         done = self._simulator.solved(test.load(), numbers, FINE_MESH).voltage_V
         return np.concatenate([done, np.full(test.time_s.size - done.size, np.nan)])
@@ -334,13 +341,14 @@ class Problem:
         """(rows, k) by coordinates, from (rows, values) by the values of one test."""
         own = {i: i for i in range(self._of_cell)}
         own[len(self.table) - len(self.tests) + test] = by_values.shape[1] - 1
-        place = self._mounts.get(mount_name(self.tests[test]))
-        if place is not None:
-            own[place] = self._of_cell
+        factors = self._places(self.tests[test])
+        own |= dict.fromkeys(factors, self._of_cell)
+        cooling = self._cooling(self.values(q), self.tests[test])
         out = np.zeros((by_values.shape[0], q.size))
         for k, (i, p) in enumerate(zip(self.free, self.parameters, strict=True)):
             if i in own:
-                out[:, k] = by_values[:, own[i]] * p.slope(float(q[k]))
+                others = cooling / p.value(float(q[k])) if i in factors else 1.0
+                out[:, k] = by_values[:, own[i]] * p.slope(float(q[k])) * others
         return out
 
     def _means(self) -> FloatArray:
@@ -348,8 +356,7 @@ class Problem:
 
     def _values_at(self, values: FloatArray, test: int) -> FloatArray:
         """Those of the cell, then of one test: how it cools in its mount, and its start."""
-        place = self._mounts.get(mount_name(self.tests[test]))
-        own = [1.0 if place is None else values[place]] if self._mounts else []
+        own = [self._cooling(values, self.tests[test])] if self._mounts else []
         return np.append(values[: self._of_cell], [*own, values[test - len(self.tests)]])
 
     def _span_K(self) -> float:

@@ -9,7 +9,7 @@ from tests.twin.calibrate.synthetic import NOISE_V, RELAX, Stage, cell_pack, loa
 from twin.calibrate.answer import Verdict
 from twin.calibrate.objective import SPAN_K
 from twin.calibrate.out import calibrated_cell, pack_text
-from twin.calibrate.parameters import ACTIVATIONS, MOUNT, WARMING, cell_table
+from twin.calibrate.parameters import ACTIVATIONS, MOUNT, OWN, TEST_STD, WARMING, cell_table
 from twin.calibrate.reference import ReferenceTest
 from twin.calibrate.run import conclude, fit, problem_of
 from twin.constants import ZERO_CELSIUS_K
@@ -195,34 +195,38 @@ def test_each_test_cools_as_its_mount_does() -> None:
 
 
 def test_tests_in_one_mount_share_how_it_cools() -> None:
-    """And a test without a temperature cools as those beside it in the mount."""
+    """But for a little of each; a test without a temperature cools as those beside it."""
     pack = replace(cell_pack(), effects=(SelfHeating(heat_transfer_W_m2_K=25.0),))
     told = [(25.0, 20.0, "still"), (24.0, 30.0, "windy"), (23.0, 30.0, "windy")]
     tests = [replace(warming_in(c, w), name=f"{c:g}", mount=mount) for c, w, mount in told]
     blind = replace(tests[2], name="blind", temperature_K=None)
     problem = problem_of(pack, [*tests, blind], only=WARMING)
-    names = [p.name for p in problem.parameters if p.name.startswith(f"{MOUNT}:")]
-    assert names == [f"{MOUNT}:still", f"{MOUNT}:windy"]
+    names = [p.name for p in problem.parameters if p.name.startswith((f"{MOUNT}:", f"{OWN}:"))]
+    mounts, own = names[:2], names[2:]
+    assert mounts == [f"{MOUNT}:still", f"{MOUNT}:windy"]
+    assert own == [f"{OWN}:24", f"{OWN}:23"]
     *_, last = fit(problem)
-    own = [last.problem.mapped(last.q, k).numbers[WARMING[1]] for k in range(4)]
-    assert own == pytest.approx([20.0, 30.0, 30.0, 30.0], rel=0.03)
-    assert own[1] == own[2] == own[3]
+    cooling = [last.problem.mapped(last.q, k).numbers[WARMING[1]] for k in range(4)]
+    assert cooling == pytest.approx([20.0, 30.0, 30.0, 30.0], rel=0.03)
     start_V = float(last.problem.values(last.q)[-1])
     beside = last.problem.replayed(last.q, blind, start_V)
     alone = last.problem.replayed(last.q, replace(blind, mount="elsewhere"), start_V)
     assert np.abs(beside - alone).max() > 1e-4
     one = problem_of(pack, [replace(t, mount="still") for t in tests])
-    assert not any(p.name.startswith(f"{MOUNT}:") for p in one.parameters)
+    stds = {p.name: p.std for p in one.parameters if p.name.startswith((f"{MOUNT}:", f"{OWN}:"))}
+    assert stds == {f"{OWN}:{t.name}": TEST_STD for t in tests}
 
 
 def test_derivatives_by_a_mount_are_those_of_the_residuals() -> None:
     pack = replace(cell_pack(), effects=(SelfHeating(),))
-    problem = problem_of(pack, [warming_in(25.0, 20.0), warming_in(24.0, 30.0)])
+    tests = [warming_in(25.0, 20.0), warming_in(24.0, 30.0), warming_in(23.0, 28.0)]
+    tests = [replace(t, mount=m) for t, m in zip(tests, ("a", "b", "b"), strict=True)]
+    problem = problem_of(pack, tests)
     q = np.full(len(problem.free), 0.1)
     _, slopes = problem.linearised(q)
     step = 1e-4
     for k, p in enumerate(problem.parameters):
-        if p.name.startswith(f"{MOUNT}:") or p.name == WARMING[1]:
+        if p.name.startswith((f"{MOUNT}:", f"{OWN}:")) or p.name == WARMING[1]:
             ahead, behind = q.copy(), q.copy()
             ahead[k], behind[k] = q[k] + step, q[k] - step
             expected = (problem.residuals(ahead) - problem.residuals(behind)) / (2 * step)
