@@ -24,10 +24,10 @@ from twin.calibrate.parameters import (
     Parameter,
     bump_parameters,
     cell_table,
-    in_mount_name,
     mount_name,
     mount_parameters,
     of_tests,
+    own_name,
     start_parameters,
 )
 from twin.calibrate.reference import ReferenceTest
@@ -79,7 +79,9 @@ class Problem:
             )
         cell = tuple(table)
         kept = [i for i, p in enumerate(cell) if only is None or p.name in only]
-        mounts = mount_parameters(self._told_apart([cell[i].name for i in kept]))
+        cools = WARMING[1] in [cell[i].name for i in kept]
+        warm = [t for k, t in enumerate(self.tests) if cools and self.warming(k)]
+        mounts = mount_parameters(warm)
         self.table = (*cell, *mounts, *start_parameters(self.tests, pack))
         self._of_cell = len(cell)
         self._mounts = {p.name: len(cell) + n for n, p in enumerate(mounts)}
@@ -125,18 +127,13 @@ class Problem:
         """Whether it was measured how the cell warms, and it does so in the twin."""
         return self._heats and self.tests[test].temperature_K is not None
 
-    def _told_apart(self, free: Collection[str]) -> list[Sampled]:
-        """The tests that show how the cell cools there, if it may cool otherwise."""
-        warm = [t for k, t in enumerate(self.tests) if self.warming(k)]
-        return warm if WARMING[1] in free else []
-
     def _cooling(self, values: FloatArray, test: Sampled | ReferenceTest) -> float:
-        """In a test over that on the whole."""
+        """How a test cools, over how the cell does on the whole; 1 where nothing shows it."""
         return float(np.prod([values[place] for place in self._places(test)]))
 
     def _places(self, test: Sampled | ReferenceTest) -> list[int]:
         """In `table`, of how a test cools."""
-        names = (mount_name(test), in_mount_name(test))
+        names = (mount_name(test), own_name(test))
         return [self._mounts[name] for name in names if name in self._mounts]
 
     def residuals(self, q: FloatArray) -> FloatArray:

@@ -226,8 +226,8 @@ def mount_name(test: Sampled | ReferenceTest) -> str:
     return f"{MOUNT}:{test.mount or test.name}"
 
 
-def in_mount_name(test: Sampled | ReferenceTest) -> str:
-    """As the parameter of a test has it that shares its mount."""
+def own_name(test: Sampled | ReferenceTest) -> str:
+    """As the parameter of a test that shares its mount has it."""
     return f"{OWN}:{test.name}"
 
 
@@ -238,7 +238,7 @@ def mount_parameters(tests: Sequence[Sampled]) -> tuple[Parameter, ...]:
     """
     mounts = Counter(mount_name(t) for t in tests)
     stds = dict.fromkeys(mounts, MOUNT_STD) if len(mounts) > 1 else {}
-    stds |= {in_mount_name(t): TEST_STD for t in tests if mounts[mount_name(t)] > 1}
+    stds |= {own_name(t): TEST_STD for t in tests if mounts[mount_name(t)] > 1}
     return tuple(
         Parameter(name=name, unit="", mean=1.0, std=std,
                   lower=1.0 / MOUNT_MOST, upper=MOUNT_MOST, scale=Scale.LOG)
