@@ -41,7 +41,7 @@ from twin.whole_file import write_whole
 
 FloatArray = npt.NDArray[np.float64]
 
-VERSION = 15  # of what is kept: raise it where the same inputs give another calibration
+VERSION = 16  # of what is kept: raise it where the same inputs give another calibration
 ALIKE = 0.8  # of a current: more is about as fast
 LEAST_TESTS = 2  # whole ones: one alone tells no losses
 RESTS = 0.02  # of the largest current: less is a rest, whose voltage is that of the open circuit
@@ -119,8 +119,7 @@ class Base:
         """With its own losses, cooled as it states if nothing else is said."""
         transfer_W_m2_K = transfer_W_m2_K or self.pack.heat_transfer_W_m2_K
         assert transfer_W_m2_K is not None
-        heating = SelfHeating(heat_transfer_W_m2_K=transfer_W_m2_K)
-        return replace(self.pack, effects=(*self.pack.effects, heating))
+        return _heated(self.pack, transfer_W_m2_K)
 
 
 def base_of(given: Given, cache: Path) -> Base:
@@ -175,6 +174,14 @@ def in_mount(
     return cooling.get(mount, cooling[""]) if cooling else (None, None)
 
 
+def _heated(pack: Pack, transfer_W_m2_K: float | None) -> Pack:
+    """With its own losses; as it is where no cooling is known."""
+    if transfer_W_m2_K is None:
+        return pack
+    heating = SelfHeating(heat_transfer_W_m2_K=transfer_W_m2_K)
+    return replace(pack, effects=(*pack.effects, heating))
+
+
 def rest_soc(cell: Cell, rest_V: float) -> float:
     """State of charge, 0 to 1, at which a cell rests at a voltage; the nearer end beyond them."""
 
@@ -203,12 +210,11 @@ def _calibrate(given: Given, place: Path) -> None:
     write_whole(place / "cell.bpx.json", text)
     full_soc = min(float(numbers["initial_soc"]), 1.0)
     ohm = SeriesResistance(resistance_ohm=numbers["series_resistance_ohm"])
-    transfer = numbers.get("heat_transfer_W_m2_K")
-    heating = [SelfHeating(heat_transfer_W_m2_K=transfer)] if transfer else []
+    cooling = of_mounts(best.problem, best.q, answer(best.problem, best.q))
     errors_V = {}
     if given.unseen:
-        own = Pack(cell=load_cell(place / "cell.bpx.json"), effects=(ohm, *heating))
-        errors_V["tests that were not fitted"] = _missed_V(own, full_soc, given.unseen)
+        own = Pack(cell=load_cell(place / "cell.bpx.json"), effects=(ohm,))
+        errors_V["tests that were not fitted"] = _missed_V(own, cooling, full_soc, given.unseen)
     if near := nearest(given, tests):
         empty_V = pack.cell.lower_cut_off_V
         *_, found = predicted(best.problem, best.q, tests, near)
@@ -220,7 +226,7 @@ def _calibrate(given: Given, place: Path) -> None:
         errors_V[f"{named}, by a fit to the others"] = float(np.sqrt(np.mean(squares)))
     told = {
         "series_resistance_ohm": ohm.resistance_ohm,
-        "cooling": of_mounts(best.problem, best.q, answer(best.problem, best.q)),
+        "cooling": cooling,
         "warming_K": _warming_K(best),
         "full_soc": full_soc,
         "errors_V": errors_V,
@@ -243,7 +249,7 @@ def _by_tests(given: Given, base: Base) -> Tested:
 
     def start(test: RealTest, own: ReferenceTest) -> Pack:
         transfer, _ = in_mount(base.cooling, test.mount)
-        pack = base.heated(transfer) if transfer else base.pack
+        pack = _heated(base.pack, transfer)
         soc = start_soc(pack.cell, test, base.full_soc)
         return replace(pack, initial_soc=soc, initial_K=own.ambient_K)
 
@@ -295,8 +301,13 @@ def charged_to(cell: Cell, full_V: float, empty_V: float) -> Cell:
     )
 
 
-def _missed_V(pack: Pack, full_soc: float, unseen: Sequence[RealTest]) -> float:
-    """Rms over tests that nothing was fitted to, each counting alike.
+def _missed_V(
+    pack: Pack,
+    cooling: Mapping[str, tuple[float, float]],
+    full_soc: float,
+    unseen: Sequence[RealTest],
+) -> float:
+    """Rms over tests that nothing was fitted to, each counting alike and cooled as in its mount.
 
     A cell goes on below its cut-off, since it may be empty a little early.
     """
@@ -304,7 +315,10 @@ def _missed_V(pack: Pack, full_soc: float, unseen: Sequence[RealTest]) -> float:
     for test in unseen:
         start_K = test.start_K(ROOM_K)
         soc = start_soc(pack.cell, test, full_soc)
-        own = replace(pack, cell=wide(pack.cell), initial_K=start_K, initial_soc=soc)
+        transfer, _ = in_mount(cooling, test.mount)
+        own = replace(
+            _heated(pack, transfer), cell=wide(pack.cell), initial_K=start_K, initial_soc=soc
+        )
         load = Load(
             time_s=test.time_s, current_A=test.current_A, between=Between.LINEAR, ambient_K=start_K
         )
