@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from proof.recorded.base import Base, Body, Given, base_of, nearest, without_faster
+from proof.recorded.base import Base, Body, Given, _missed_V, base_of, nearest, without_faster
 from proof.recorded.cooling import cooled, of_mounts
 from proof.recorded.measured import RealTest
 from twin.builtin import load_cell
@@ -200,3 +200,22 @@ def test_a_base_states_the_cooling_of_the_mount_of_its_trial(tmp_path: Path) -> 
     assert transfers["windy"] == pytest.approx(40.0, rel=0.1)
     assert 20.0 < transfers["elsewhere"] < 38.0
     assert len(list(tmp_path.iterdir())) == 1  # a calibration does not depend on it
+
+
+def test_what_was_not_fitted_is_cooled_as_in_its_mount() -> None:
+    """By cooling of the other mount these tests are missed; in a mount of their own, not at all."""
+    pack = Pack(cell=load_cell("lg_m50"))
+    cooling = {"still": (5.0, 1.0), "fan": (80.0, 10.0), "": (20.0, 5.0)}
+    flow = discharge(5.0, share=4.0)  # of 5 Ah
+
+    def in_its(mount: str) -> RealTest:
+        own = SelfHeating(heat_transfer_W_m2_K=cooling[mount][0])
+        load = Load(time_s=flow.time_s, current_A=flow.current_A, ambient_K=298.15)
+        got = simulate(replace(pack, effects=(own,)), load).require()
+        return replace(flow, voltage_V=got.voltage_V, mount=mount)
+
+    tests = [in_its(mount) for mount in ("still", "fan")]
+    assert _missed_V(pack, cooling, 1.0, tests) < 1e-6
+    other = [replace(t, mount="fan") for t in tests]
+    assert _missed_V(pack, cooling, 1.0, other) > 5e-3
+    assert _missed_V(pack, {}, 1.0, tests) > 5e-3

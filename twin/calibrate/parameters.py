@@ -30,6 +30,7 @@ from twin.calibrate.resample import Sampled
 from twin.cell import Cell
 from twin.constants import FARADAY_C_mol
 from twin.effects import SelfHeating
+from twin.effects.activation_energies import ACTIVATION_STD_J_mol
 from twin.pack import Pack
 
 
@@ -108,8 +109,7 @@ ACTIVATIONS = (
     "negative.rate_activation_J_mol", "positive.rate_activation_J_mol",
     "electrolyte.diffusivity_activation_J_mol", "electrolyte.conductivity_activation_J_mol",
 )  # fmt: skip
-ACTIVATION_STD_J_mol, ACTIVATION_MOST_J_mol = 12e3, 100e3
-"""Those of the reactions lie 18 and 26 kJ/mol apart in the two built-in cells, one NMC, one LCO."""
+ACTIVATION_MOST_J_mol = 100e3
 START_V = "start_V"
 WARMING = ("heat_capacity_J_K", "heat_transfer_W_m2_K")
 MOUNT, MOUNT_STD, MOUNT_MOST = "mount", 0.15, 3.0

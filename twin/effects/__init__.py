@@ -3,6 +3,7 @@
 from collections.abc import Iterable
 from typing import get_args
 
+from twin.effects.activation_energies import ActivationEnergies
 from twin.effects.active_material_loss import ActiveMaterialLoss
 from twin.effects.active_material_lost import ActiveMaterialLossNegative, ActiveMaterialLossPositive
 from twin.effects.clock_shift import ClockShift
@@ -37,6 +38,7 @@ OfCell = (
     | SolidDiffusionNegative
     | SolidDiffusionPositive
     | ReactionKinetics
+    | ActivationEnergies
     | LithiumInventoryLoss
     | ActiveMaterialLossNegative
     | ActiveMaterialLossPositive
@@ -87,6 +89,7 @@ __all__ = [
     "MEASURED",
     "OF_CELL",
     "OF_CURRENT",
+    "ActivationEnergies",
     "ActiveMaterialLoss",
     "ActiveMaterialLossNegative",
     "ActiveMaterialLossPositive",

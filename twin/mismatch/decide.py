@@ -10,6 +10,7 @@ from twin.mismatch.choose import ALIKE, NEARLY_ALL, Model, judged, scale_of
 from twin.mismatch.finding import Candidate, NamedEffect, Value, Verdict
 from twin.mismatch.fit import Fitted
 from twin.mismatch.hypothesis import Hypothesis
+from twin.mismatch.sizes import deviations
 
 NUMERICS_V = 7.5e-4
 """Of a cell: what changes the voltage by less, rms, cannot be told from the error of the numerics.
@@ -195,7 +196,7 @@ def _numbers(effect: str, fitted: Fitted, scale: float) -> tuple[Value, ...]:
     std = np.sqrt(np.diag(fitted.covariance(scale)))
     told = fitted.problem.told(std, TOLD)[effect]
     values = fitted.problem.values(fitted.q)[effect]
-    errors = fitted.problem.stds(fitted.q, std)[effect]
+    errors = fitted.problem.stds(fitted.q, deviations(fitted, scale))[effect]
     return tuple(
         Value(name=p.name, value=values[p.name], std=errors[p.name], unit=p.unit)
         for p in h.parameters

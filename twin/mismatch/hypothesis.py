@@ -6,6 +6,7 @@ from math import exp, log
 
 from twin.effects import (
     MEASURED,
+    ActivationEnergies,
     AnyEffect,
     InitialSoc,
     OcvHysteresis,
@@ -179,6 +180,10 @@ HYPOTHESES: tuple[Hypothesis, ...] = (
         fitted=("initial_mol_m3", "rate_constant_m_s"),
         starts=((100.0, 1e-9),),
     ),
-    *(_plain(kind) for kind in MEASURED.values()),
+    *(_plain(kind) for kind in MEASURED.values() if kind is not ActivationEnergies),
 )
 """All that may be named."""
+
+UNCERTAIN: tuple[Hypothesis, ...] = (*HYPOTHESES, _plain(ActivationEnergies))
+"""All that a pack may be known within errors of. Activation energies are a number of the make, and
+what they do in one recording a temperature does as well: they are not named."""

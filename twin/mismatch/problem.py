@@ -73,6 +73,12 @@ class Problem:
             for p, limits in zip(h.priors(pack), h.bounds(pack), strict=True)
         ]
 
+    def beside(self, more: Sequence[Hypothesis], q: FloatArray) -> tuple["Problem", FloatArray]:
+        """With more hypotheses at the centre of their priors, and q (k,) there."""
+        data = tuple(zip(self.flights, self._whiteners, strict=True))
+        wider = Problem(data, [*self.hypotheses, *more])
+        return wider, np.insert(q, len(self._terms), np.zeros(wider.size - self.size))
+
     @property
     def size(self) -> int:
         """Coordinates."""

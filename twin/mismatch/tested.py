@@ -23,7 +23,7 @@ from twin.calibrate.run import Calibration
 from twin.calibrate.settle import MISSED_V
 from twin.effects import AnyEffect, SelfHeating, SeriesResistance
 from twin.mismatch.flight import Flight
-from twin.mismatch.hypothesis import HYPOTHESES
+from twin.mismatch.hypothesis import UNCERTAIN
 from twin.mismatch.problem import Problem
 from twin.mismatch.split import whitened
 from twin.pack import Pack
@@ -33,10 +33,12 @@ OF_THE_MAKE: Mapping[str, tuple[str, ...]] = {
     "solid_diffusion_negative": ("negative.diffusivity_m2_s",),
     "solid_diffusion_positive": ("positive.diffusivity_m2_s",),
     "reaction_kinetics": ("negative.exchange_current_A_m2", "positive.exchange_current_A_m2"),
+    "activation_energies": (),
 }
-"""Effect -> what a calibration finds that it would change. It is as it was in the tests; not so
-ageing, the pack, the state it starts in, an instrument; nor hysteresis, which a calibration to
-discharges has in its open-circuit curve."""
+"""Effect -> what a calibration has to have found if its tests shall say of it; of activation
+energies they say as much as they are warm and cold, found or not. It is as it was in the tests;
+not so ageing, the pack, the state it starts in, an instrument; nor hysteresis, which a calibration
+to discharges has in its open-circuit curve."""
 
 Tested = Mapping[str, Mapping[str, float]]
 
@@ -55,9 +57,9 @@ def by_tests(
     """
     data = [whitened(_flight(test, pack), error_V) for test, pack in tests]
     out = {}
-    for h in HYPOTHESES:
-        names = OF_THE_MAKE.get(h.id, ())
-        if names and (only is None or set(names) <= set(only)):
+    for h in UNCERTAIN:
+        names = OF_THE_MAKE.get(h.id)
+        if names is not None and (only is None or set(names) <= set(only)):
             problem = Problem(data, [h])
             slopes = problem.evidence(np.zeros(problem.size)).slopes
             covariance = np.linalg.inv(np.eye(problem.size) + slopes.T @ slopes)

@@ -1,6 +1,6 @@
 """What reference tests say of effects of a cell's make, and what follows from it in a verdict."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -11,11 +11,14 @@ from tests.twin.mismatch.recordings import flown, pack
 from twin.calibrate.out import pack_text
 from twin.calibrate.reference import ReferenceTest
 from twin.calibrate.run import conclude, fit, problem_of
-from twin.effects import ColdPack
+from twin.effects import ActivationEnergies, ColdPack
+from twin.effects.activation_energies import ACTIVATION_STD_J_mol
 from twin.load import Between, Load
 from twin.mismatch import HYPOTHESES, Flight, explain
 from twin.mismatch.fit import Data
 from twin.mismatch.fit import fit as fitted_to
+from twin.mismatch.hypothesis import UNCERTAIN
+from twin.mismatch.sizes import deviations
 from twin.mismatch.split import whitened
 from twin.mismatch.tested import OF_THE_MAKE, by_calibration, by_tests
 from twin.pack_file import parse_pack_file
@@ -41,7 +44,7 @@ def test_fast_tests_tell_more_than_slow_ones_and_an_error_takes_from_it() -> Non
     own = cell_pack()
     slow, fast = (by_tests([(of(stages), own)], ERROR_V) for stages in (SLOW, FAST))
     rough = by_tests([(of(FAST), own)], 10 * ERROR_V)
-    priors = {(h.id, p.name): p.prior_std for h in HYPOTHESES for p in h.priors(own)}
+    priors = {(h.id, p.name): p.prior_std for h in UNCERTAIN for p in h.priors(own)}
     assert set(slow) == set(OF_THE_MAKE)
     for effect, numbers in fast.items():
         for name, std in numbers.items():
@@ -99,7 +102,7 @@ def test_a_calibration_says_what_its_tests_tell() -> None:
     *_, last = fit(problem_of(own, tests, only=free))
     found = conclude(last.problem, last.q, tests, cross_validate=False)
     got = by_calibration(found, tests)
-    assert set(got) == {"reaction_kinetics"}
+    assert set(got) == {"reaction_kinetics", "activation_energies"}
     both = by_tests([(t, own) for t in tests], ERROR_V)
     for effect, numbers in got.items():
         for name, std in numbers.items():
@@ -110,3 +113,36 @@ def test_a_calibration_says_what_its_tests_tell() -> None:
     assert parse_pack_file(written, name="new.toml").standard_errors == got
     ended = [replace(f, simulated_V=np.full_like(f.measured_V, np.nan)) for f in found.fitted]
     assert not by_calibration(replace(found, fitted=tuple(ended)), tests)
+
+
+ENERGIES = ActivationEnergies(negative_rate_J_mol=12e3, positive_rate_J_mol=12e3)
+"""Of a cell whose reactions slow down more in the cold than its twin says, by a deviation each."""
+COLD = ColdPack(start_offset_K=-15.0, ambient_offset_K=-15.0)
+
+
+def cold_by_K(of_make: Mapping[str, Mapping[str, float]]) -> tuple[float, float]:
+    """What a cold pack of ENERGIES is found to be off at its start, and the error of that."""
+    h = next(h for h in HYPOTHESES if h.id == "cold_pack")
+    flight = flown((COLD, ENERGIES), noise_V=1e-3)
+    one = whitened(replace(flight, pack=replace(flight.pack, standard_errors=of_make)), ERROR_V)
+    got = fitted_to(Data((one,), (one,)), [h])
+    errors = got.problem.stds(got.q, deviations(got, 1.0))
+    return got.problem.values(got.q)[h.id]["start_offset_K"], errors[h.id]["start_offset_K"]
+
+
+def test_a_temperature_is_known_no_better_than_what_it_does() -> None:
+    """Its error has to hold the truth where activation energies are off, and said to be unknown."""
+    exact_K, narrow_K = cold_by_K({})
+    found_K, wide_K = cold_by_K(by_tests([(of(FAST), cell_pack())], ERROR_V))
+    assert found_K == exact_K  # only its error is another
+    assert abs(found_K - COLD.start_offset_K) > 3.0 * narrow_K
+    assert abs(found_K - COLD.start_offset_K) < 2.0 * wide_K
+
+
+def test_tests_in_the_cold_tell_of_temperature() -> None:
+    warm, cold = (replace(cell_pack(), initial_K=kelvin) for kelvin in (298.15, 273.15))
+    at_25, at_0 = ((replace(of(FAST), ambient_K=p.initial_K), p) for p in (warm, cold))
+    one, two = (by_tests(tests, ERROR_V) for tests in ([at_25], [at_25, at_0]))
+    rates = [both["activation_energies"]["positive_rate_J_mol"] for both in (one, two)]
+    assert rates[0] > 0.9 * ACTIVATION_STD_J_mol > 1.2 * rates[1]
+    assert cold_by_K(two)[1] < 0.7 * cold_by_K(one)[1]
