@@ -142,6 +142,7 @@ def _with_effect(name: str, ahead_V: float, excess: float = 9.0) -> Fit:
     empty = SimpleNamespace(
         hypotheses=(SimpleNamespace(id=name, kind=SelfHeating, parameters=()),),
         heavy_tailed=False,
+        flights=(SimpleNamespace(pack=SimpleNamespace(standard_errors={})),),
         told=lambda *_: {name: ()},
         values=lambda *_: {name: {}},
         stds=lambda *_: {name: {}},
