@@ -169,3 +169,40 @@ def test_the_lg_m50_of_2c_was_in_a_mount_that_cools_less() -> None:
         half_s, one_s, two_s = (lg_m50.cools_s(raw, degrees, n) for n in ("0.5C", "1C", "2C"))
         assert two_s > 1.25 * one_s
         assert half_s == pytest.approx(one_s, rel=0.2)
+
+
+def test_no_activation_energy_makes_the_leafs_first_drop_what_it_is_in_the_cold() -> None:
+    """From 25 to 40 degC it falls by little, to 10 degC it rises by far more.
+
+    The contact was another, or a temperature not what its file says.
+
+    Beside any resistance that temperature does not change, a rate of at most 100 kJ/mol (so much
+    no electrode was measured to have) rises 8.7 times as much from 25 to 10 as it falls to 40 degC.
+    """
+    try:
+        drops_ohm = {
+            degrees: _first_drop_ohm(leaf_cell.pulses(SHARED, degrees)) for degrees in (10, 25, 40)
+        }
+    except NotHere as e:
+        pytest.skip(str(e))
+    rates = {c: np.exp(-100e3 / 8.314 * (1 / (c + 273.15) - 1 / 298.15)) for c in drops_ohm}
+    most = (1 / rates[10] - 1) / (1 - 1 / rates[40])
+    assert most == pytest.approx(8.7, abs=0.1)
+    rises, falls = drops_ohm[10] - drops_ohm[25], drops_ohm[25] - drops_ohm[40]
+    assert rises > 2 * most * falls
+    assert rises == pytest.approx(1.0e-3, abs=0.1e-3)
+
+
+def _first_drop_ohm(pulses: RealTest) -> float:
+    """Mean over the pulses at 30 A but the first and the last, 0.2 s after their current began."""
+    flows = pulses.current_A > 25.0
+    begins = np.flatnonzero(~flows[:-1] & flows[1:])[1:-1]
+    drops = []
+    for at in begins.tolist():
+        before = np.flatnonzero(np.isfinite(pulses.voltage_V[: at + 1]))[-1]
+        own = slice(at + 1, at + 40)
+        since_s, volts = pulses.time_s[own] - pulses.time_s[at + 1], pulses.voltage_V[own]
+        seen = np.isfinite(volts)
+        after_V = np.interp(0.2, since_s[seen], volts[seen])
+        drops.append((pulses.voltage_V[before] - after_V) / pulses.current_A[at + 1])
+    return float(np.mean(drops))
