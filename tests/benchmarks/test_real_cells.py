@@ -160,7 +160,7 @@ def test_a_row_without_a_voltage_gets_the_one_before() -> None:
 
 
 def test_the_lg_m50_of_2c_was_in_a_mount_that_cools_less() -> None:
-    """What no twin of slower tests can know: docs/proof.md."""
+    """What no twin of slower tests can know: docs/proof_history.md."""
     try:
         raw = matlab(recording(SHARED, lg_m50.RATES))
     except NotHere as e:
