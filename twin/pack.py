@@ -78,8 +78,9 @@ class Pack:
         heat_transfer_W_m2_K: to the air, where it is stated. The pack is warmed by its losses only
             with `SelfHeating`, which has a number of its own; this one is what to expect of it.
         heat_transfer_std_W_m2_K: its standard error, where that is stated.
-        standard_errors: effect -> number -> what reference tests of the cell leave open of it,
-            relative where it is searched by its logarithm: `twin.mismatch.tested`.
+        standard_errors: effect -> number -> what reference tests of the cell, or who calibrated
+            an instrument, leave open of it, relative where it is searched by its logarithm:
+            `twin.mismatch.tested`.
         effects: what acts beyond the isothermal P2D model.
         mechanics: elastic constants, for the effects that need them.
         moved: (name, difference) of the kernel's numbers from those of `cell`: another cell that

@@ -9,6 +9,7 @@ import pytest
 from tests.twin.mismatch.recordings import pack
 from twin.bpx_file import open_circuit_V
 from twin.effects import (
+    ActivationEnergies,
     ActiveMaterialLossNegative,
     AnyEffect,
     ClockShift,
@@ -28,7 +29,7 @@ from twin.effects import (
 )
 from twin.effects.sensor_lag import slope_matrix
 from twin.load import Between, Load
-from twin.mismatch.hypothesis import HYPOTHESES, Hypothesis
+from twin.mismatch.hypothesis import HYPOTHESES, UNCERTAIN, Hypothesis
 from twin.simulate import changeable, simulate
 from twin.windows import Windows
 
@@ -49,7 +50,7 @@ def test_every_effect_of_the_contract_is_a_hypothesis() -> None:
     assert {h.id for h in HYPOTHESES} == set(CONTRACT.split())
 
 
-@pytest.mark.parametrize("h", [h for h in HYPOTHESES if h.id not in SWITCHED], ids=lambda h: h.id)
+@pytest.mark.parametrize("h", [h for h in UNCERTAIN if h.id not in SWITCHED], ids=lambda h: h.id)
 def test_at_the_centre_of_its_prior_an_effect_is_absent(h: Hypothesis) -> None:
     configured, load = pack(), gusty(5.0)
     changed = h.within(configured, [p.value for p in h.priors(configured)])
@@ -122,6 +123,22 @@ def test_an_effect_of_the_cell_changes_its_number(
     before = pack().numbers()
     after = replace(pack(), effects=(effect,)).numbers()
     assert after[name] == pytest.approx(factor * before[name])
+
+
+@pytest.mark.parametrize("kelvin", [298.15, 273.15])
+def test_more_activation_energy_is_a_slower_rate_in_the_cold_alone(kelvin: float) -> None:
+    more_J_mol = 12e3
+    factor = float(np.exp(more_J_mol / 8.314462618 * (1 / 298.15 - 1 / kelvin)))
+    cold = replace(pack(), initial_K=kelvin)
+    energies = ActivationEnergies(negative_rate_J_mol=more_J_mol)
+    same = ReactionKinetics(negative_factor=factor)
+    assert cold.cell.reference_K == 298.15
+    one, other, before = (
+        simulate(replace(cold, effects=own), gusty(5.0)).voltage_V
+        for own in ((energies,), (same,), ())
+    )
+    assert one == pytest.approx(other, abs=1e-7)
+    assert (np.abs(one - before).max() > 1e-3) == (kelvin < 298.15)
 
 
 def test_a_cell_that_lost_lithium_is_full_and_empty_at_the_same_voltages() -> None:
