@@ -11,6 +11,7 @@ from reports.section import Notice, Row, Section, Severity
 from twin.mismatch import Finding, NamedEffect, Verdict
 
 FOLLOWED = 2  # quantities in a sentence
+MORE_THAN_NOISE = 1.5  # times the noise: what is left by a stated error or a start, and is told so
 
 
 def summary(report: MismatchReport) -> Section:
@@ -103,9 +104,15 @@ def _unknown(finding: Finding) -> str:
 
 
 def _none(finding: Finding) -> str:
+    errors = finding.errors
+    differs, noise = f"{mV(errors.held_out_after)} mV", f"{mV(errors.noise)} mV"
+    if errors.held_out_after > MORE_THAN_NOISE * errors.noise:
+        return sentence(
+            "the twin says what these recordings say, within what it, or how they start, may err "
+            f"by: {differs} at {noise} of noise"
+        )
     return sentence(
-        "the twin says what these recordings say: what differs "
-        f"({mV(finding.errors.held_out_after)} mV) is noise ({mV(finding.errors.noise)} mV)"
+        f"the twin says what these recordings say: what differs ({differs}) is noise ({noise})"
     )
 
 

@@ -111,6 +111,9 @@ def test_a_start_within_its_tolerance_is_not_told_as_noise() -> None:
     none = finding(Verdict.NONE)
     assert "what differs (8.2 mV) is noise (8.0 mV)" in headline(none)
     assert "Error, starts within their tolerance" in words(html(none))
+    more = replace(none, errors=replace(none.errors, held_out_after=19.5e-3))
+    assert "may err by: 19.5 mV at 8.0 mV of noise" in headline(more)
+    assert "is noise" not in headline(more)
 
 
 def test_where_nothing_is_found_no_effect_has_a_section() -> None:

@@ -16,12 +16,14 @@ from twin.mismatch.hypothesis import HYPOTHESES, Hypothesis
 from twin.mismatch.locate import Answer, drivers, shared, spans, terms
 from twin.mismatch.noise import Whitener
 from twin.mismatch.parts import parts
+from twin.mismatch.problem import START_SOC
 from twin.mismatch.split import sharpened, split
 from twin.simulate import simulate
 
 SHOWN_DRIVERS = 5
 SHORT = 3
 MOST_COMPARED = 3  # candidates between which a test is looked for
+FAR = 2.0  # standard deviations of a start, beyond which it is worth a word
 Judged = tuple[FloatArray, Answer]
 
 
@@ -75,7 +77,20 @@ def explain(  # noqa: PLR0913
         candidates=candidates(found),
         advice=_advice(decision, found, data.noise_V),
         courses=_courses(data, best),
-        remarks=remarks,
+        remarks=(*remarks, *(_starts(null.fitted) if decision.verdict is Verdict.NONE else ())),
+    )
+
+
+def _starts(null: Fitted) -> tuple[str, ...]:
+    """Of recordings in which nothing is missing but that they start off by more than usual."""
+    flights = null.problem.flights
+    off = zip(flights, null.q[null.q.size - len(flights) :].tolist(), strict=True)
+    return tuple(
+        f"{flight.name} fits with {abs(START_SOC * times):.2%} {'more' if times > 0 else 'less'} "
+        f"charge at its start than stated, {abs(times):.1f} times what a start is usually off; "
+        "with that nothing else is missing"
+        for flight, times in off
+        if abs(times) > FAR
     )
 
 

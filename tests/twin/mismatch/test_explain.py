@@ -64,6 +64,20 @@ def test_nothing_is_named_where_the_twin_made_the_recordings() -> None:
     assert finding.errors.held_out_after < 1.1 * finding.errors.noise
 
 
+def test_a_start_that_is_off_within_its_tolerance_is_told() -> None:
+    """It is no effect, but what the twin as configured misses by it is shown as missed."""
+    gain = [h for h in HYPOTHESES if h.id == "current_gain"]
+    off = [flown([InitialSoc(offset=-0.006)], seed=seed) for seed in (1, 2)]
+    found = explain(off[:1], off[1:], hypotheses=gain)
+    assert found.verdict is Verdict.NONE
+    assert found.errors.before > 1.3 * NOISE_V
+    (said,) = found.remarks
+    assert said.startswith("flight 1 fits with 0.")
+    assert "less charge at its start than stated" in said
+    right = [flown(seed=seed) for seed in (1, 2)]
+    assert explain(right[:1], right[1:], hypotheses=gain).remarks == ()
+
+
 @pytest.mark.parametrize(
     ("truth", "number", "value"),
     [
