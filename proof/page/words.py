@@ -10,7 +10,7 @@ from reports.mismatch.words import listed, name, percent
 from reports.quantity import fixed, significant
 
 ABSTAINED = {
-    "none": "nothing beyond the noise",
+    "none": "nothing left out",
     "unknown": "something it has no name for",
     "ambiguous": "not settled",
 }

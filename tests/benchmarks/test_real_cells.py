@@ -176,8 +176,8 @@ def test_no_activation_energy_makes_the_leafs_first_drop_what_it_is_in_the_cold(
 
     The contact was another, or a temperature not what its file says.
 
-    Beside any resistance that temperature does not change, a rate of at most 100 kJ/mol (so much
-    no electrode was measured to have) rises 8.7 times as much from 25 to 10 as it falls to 40 degC.
+    Beside any resistance that temperature does not change, what goes with 100 kJ/mol (the built-in
+    cells have 12 to 81) rises 8.7 times as much from 25 to 10 degC as it falls to 40 degC.
     """
     try:
         drops_ohm = {

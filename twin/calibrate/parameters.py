@@ -30,7 +30,7 @@ from twin.calibrate.resample import Sampled
 from twin.cell import Cell
 from twin.constants import FARADAY_C_mol
 from twin.effects import SelfHeating
-from twin.effects.activation_energies import ACTIVATION_STD_J_mol
+from twin.effects.activation_energies import NUMBERS, ACTIVATION_STD_J_mol
 from twin.pack import Pack
 
 
@@ -104,11 +104,7 @@ UNITS = {
     "exchange_current_A_m2": "A/m2",
 }  # fmt: skip
 
-ACTIVATIONS = (
-    "negative.diffusivity_activation_J_mol", "positive.diffusivity_activation_J_mol",
-    "negative.rate_activation_J_mol", "positive.rate_activation_J_mol",
-    "electrolyte.diffusivity_activation_J_mol", "electrolyte.conductivity_activation_J_mol",
-)  # fmt: skip
+ACTIVATIONS = tuple(NUMBERS.values())
 ACTIVATION_MOST_J_mol = 100e3
 START_V = "start_V"
 WARMING = ("heat_capacity_J_K", "heat_transfer_W_m2_K")

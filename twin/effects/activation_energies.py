@@ -8,6 +8,15 @@ from twin.effects.effect import Numbers, Parameter
 
 ACTIVATION_STD_J_mol = 12e3
 """Those of the reactions lie 18 and 26 kJ/mol apart in the two built-in cells, one NMC, one LCO."""
+NUMBERS = {
+    "negative_diffusivity_J_mol": "negative.diffusivity_activation_J_mol",
+    "positive_diffusivity_J_mol": "positive.diffusivity_activation_J_mol",
+    "negative_rate_J_mol": "negative.rate_activation_J_mol",
+    "positive_rate_J_mol": "positive.rate_activation_J_mol",
+    "electrolyte_diffusivity_J_mol": "electrolyte.diffusivity_activation_J_mol",
+    "electrolyte_conductivity_J_mol": "electrolyte.conductivity_activation_J_mol",
+}
+"""Parameter of the effect -> number of the cell that it adds to."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -24,13 +33,10 @@ class ActivationEnergies:
     id: ClassVar[str] = "activation_energies"
     parameters: ClassVar[tuple[Parameter, ...]] = tuple(
         Parameter(
-            name=f"{what}_J_mol", unit="J/mol", value=0.0, lower=-100e3, upper=100e3,
+            name=name, unit="J/mol", value=0.0, lower=-100e3, upper=100e3,
             prior_std=ACTIVATION_STD_J_mol,
         )
-        for what in (
-            "negative_diffusivity", "positive_diffusivity", "negative_rate", "positive_rate",
-            "electrolyte_diffusivity", "electrolyte_conductivity",
-        )
+        for name in NUMBERS
     )  # fmt: skip
     balance: ClassVar[str] = "none: rates, diffusivities and conductivity by temperature"
     equation: ClassVar[str] = (
@@ -42,12 +48,5 @@ class ActivationEnergies:
 
     def changed(self, numbers: Numbers, cell: Cell) -> Numbers:  # noqa: ARG002
         """The kernel's numbers of one cell with this effect in it."""
-        more = {
-            "negative.diffusivity_activation_J_mol": self.negative_diffusivity_J_mol,
-            "positive.diffusivity_activation_J_mol": self.positive_diffusivity_J_mol,
-            "negative.rate_activation_J_mol": self.negative_rate_J_mol,
-            "positive.rate_activation_J_mol": self.positive_rate_J_mol,
-            "electrolyte.diffusivity_activation_J_mol": self.electrolyte_diffusivity_J_mol,
-            "electrolyte.conductivity_activation_J_mol": self.electrolyte_conductivity_J_mol,
-        }
+        more = {number: getattr(self, name) for name, number in NUMBERS.items()}
         return numbers | {name: numbers[name] + difference for name, difference in more.items()}

@@ -79,7 +79,10 @@ def decide(
         if not within:
             return Decision(verdict=Verdict.UNKNOWN, model=null, effects=())
         best = min(within, key=lambda m: len(m.ids))
-    effects = tuple(_named(h, best, models, scale) for h in best.fitted.problem.hypotheses)
+    numbers = _numbers(best.fitted, scale)
+    effects = tuple(
+        _named(h, numbers[h.id], best, models, scale) for h in best.fitted.problem.hypotheses
+    )
     verdict = Verdict.NAMED if all(_clear(e, models) for e in effects) else Verdict.AMBIGUOUS
     return Decision(verdict=verdict, model=best, effects=effects)
 
@@ -176,32 +179,35 @@ def candidates(models: Sequence[Model]) -> tuple[Candidate, ...]:
     )
 
 
-def _named(h: Hypothesis, best: Model, models: Sequence[Model], scale: float) -> NamedEffect:
+def _named(
+    h: Hypothesis, numbers: tuple[Value, ...], best: Model, models: Sequence[Model], scale: float
+) -> NamedEffect:
     alike = _alike(h.id, best, models, scale)
     return NamedEffect(
         id=h.id,
         pack_id=h.kind.id,
         probability=sum(m.probability for m in models if {h.id, *alike} & set(m.ids)),
-        parameters=_numbers(h.id, best.fitted, scale),
-        instead={other: _numbers(other, m.fitted, scale) for other, m in alike.items()},
+        parameters=numbers,
+        instead={other: _numbers(m.fitted, scale)[other] for other, m in alike.items()},
         equation=h.kind.equation,
         source=h.kind.source,
         signature=h.kind.signature,
     )
 
 
-def _numbers(effect: str, fitted: Fitted, scale: float) -> tuple[Value, ...]:
-    """Of one effect of a model, those that the recordings tell."""
-    h = next(h for h in fitted.problem.hypotheses if h.id == effect)
-    std = np.sqrt(np.diag(fitted.covariance(scale)))
-    told = fitted.problem.told(std, TOLD)[effect]
-    values = fitted.problem.values(fitted.q)[effect]
-    errors = fitted.problem.stds(fitted.q, deviations(fitted, scale))[effect]
-    return tuple(
-        Value(name=p.name, value=values[p.name], std=errors[p.name], unit=p.unit)
-        for p in h.parameters
-        if p.name in told
-    )
+def _numbers(fitted: Fitted, scale: float) -> dict[str, tuple[Value, ...]]:
+    """Of each effect of a model, those that the recordings tell."""
+    told = fitted.problem.told(np.sqrt(np.diag(fitted.covariance(scale))), TOLD)
+    values = fitted.problem.values(fitted.q)
+    errors = fitted.problem.stds(fitted.q, deviations(fitted, scale))
+    return {
+        h.id: tuple(
+            Value(name=p.name, value=values[h.id][p.name], std=errors[h.id][p.name], unit=p.unit)
+            for p in h.parameters
+            if p.name in told[h.id]
+        )
+        for h in fitted.problem.hypotheses
+    }
 
 
 def _alike(effect: str, best: Model, models: Sequence[Model], scale: float) -> dict[str, Model]:

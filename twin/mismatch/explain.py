@@ -83,13 +83,11 @@ def explain(  # noqa: PLR0913
 
 def _starts(null: Fitted) -> tuple[str, ...]:
     """Of recordings in which nothing is missing but that they start off by more than usual."""
-    flights = null.problem.flights
-    off = zip(flights, null.q[null.q.size - len(flights) :].tolist(), strict=True)
     return tuple(
         f"{flight.name} fits with {abs(START_SOC * times):.2%} {'more' if times > 0 else 'less'} "
         f"charge at its start than stated, {abs(times):.1f} times what a start is usually off; "
         "with that nothing else is missing"
-        for flight, times in off
+        for flight, times in zip(null.problem.flights, null.q.tolist(), strict=True)
         if abs(times) > FAR
     )
 

@@ -14,6 +14,19 @@ from twin.mismatch.finding import Verdict
 from twin.mismatch.hypothesis import PRIOR
 
 
+def problem(*names: str) -> Any:
+    """Of these effects, none of which has a number."""
+    none: dict[str, Any] = {name: {} for name in names}
+    return SimpleNamespace(
+        hypotheses=tuple(SimpleNamespace(id=n, kind=SelfHeating, parameters=()) for n in names),
+        heavy_tailed=False,
+        flights=(SimpleNamespace(pack=SimpleNamespace(standard_errors={})),),
+        told=lambda *_: none,
+        values=lambda *_: none,
+        stds=lambda *_: none,
+    )
+
+
 @dataclass
 class Fit:
     """As much of a fit as a verdict asks for that lists no effects."""
@@ -24,7 +37,7 @@ class Fit:
     excess: float = 1.0
     evidence: float = 0.0
     q: Any = field(default_factory=lambda: np.zeros(1))
-    problem: Any = field(default_factory=lambda: SimpleNamespace(hypotheses=(), heavy_tailed=False))
+    problem: Any = field(default_factory=problem)
     there: Any = field(default_factory=lambda: SimpleNamespace(residuals=np.zeros(1000)))
     ahead: Any = field(default_factory=lambda: SimpleNamespace(residuals=np.zeros(1000)))
     judge: Any = field(
@@ -139,12 +152,4 @@ def test_a_name_has_few_that_look_like_it_or_is_likely_alone(
 
 
 def _with_effect(name: str, ahead_V: float, excess: float = 9.0) -> Fit:
-    empty = SimpleNamespace(
-        hypotheses=(SimpleNamespace(id=name, kind=SelfHeating, parameters=()),),
-        heavy_tailed=False,
-        flights=(SimpleNamespace(pack=SimpleNamespace(standard_errors={})),),
-        told=lambda *_: {name: ()},
-        values=lambda *_: {name: {}},
-        stds=lambda *_: {name: {}},
-    )
-    return Fit((name,), 0.022, ahead_V, excess=excess, problem=empty)
+    return Fit((name,), 0.022, ahead_V, excess=excess, problem=problem(name))
