@@ -1,6 +1,6 @@
 """From models and their probabilities to a verdict."""
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from math import hypot, sqrt
 
@@ -34,6 +34,8 @@ have not seen (`benchmarks/calibration_real.py`); more is not explained."""
 OWN_ERROR = 2.0
 """Times the stated error of a twin, likewise: at other rates and in other air than those of its
 calibration it errs more (`benchmarks/calibration_real.py`: LG M50 38 mV at 10 degC, 80 at 0)."""
+AS_STATED = 2.0
+"""Standard errors that a pack states of a number: within, it is known to be so, not left out."""
 MOST_ALIKE = 3  # members of a list of equivalents that still is a name, if none is likely alone
 LIKELY = 0.5
 
@@ -97,11 +99,24 @@ def _enough(models: Sequence[Model], stated_V: float, noise_V: float) -> tuple[M
     """Those of the fewest effects that leave what a calibrated twin may err by, if there are any.
 
     Its error is no noise of a known kind: what more effects take from it speaks for none of them.
+    Of as few, those with none within its stated errors come first: one as fast as the noise would
+    decide, however little it changes.
     """
     most_V = hypot(OWN_ERROR * stated_V, noise_V)
     within = [m.fitted for m in models if m.ids and _within(m.fitted, most_V)]
     least = min((len(f.ids) for f in within), default=0)
-    return judged(f for f in within if len(f.ids) == least) if within else ()
+    fewest = [f for f in within if len(f.ids) == least]
+    new = [f for f in fewest if not any(_as_stated(f))]
+    return judged(new or fewest) if fewest else ()
+
+
+def _as_stated(fitted: Fitted) -> Iterator[bool]:
+    """Of each effect: its numbers are all within the errors that the pack states of them."""
+    q = iter(fitted.q.tolist())
+    known = fitted.problem.flights[0].pack.standard_errors
+    for h in fitted.problem.hypotheses:
+        near = [abs(next(q)) < AS_STATED for _ in h.fitted]
+        yield h.id in known and all(near)
 
 
 def _simplest(models: Sequence[Model]) -> Model:

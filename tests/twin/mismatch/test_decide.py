@@ -14,13 +14,16 @@ from twin.mismatch.finding import Verdict
 from twin.mismatch.hypothesis import PRIOR
 
 
-def problem(*names: str) -> Any:
-    """Of these effects, none of which has a number."""
+def problem(*names: str, numbers: int = 0, stated: Any = None) -> Any:
+    """Of these effects, with so many numbers each, of which none is told."""
     none: dict[str, Any] = {name: {} for name in names}
+    fitted = tuple(f"x{k}" for k in range(numbers))
     return SimpleNamespace(
-        hypotheses=tuple(SimpleNamespace(id=n, kind=SelfHeating, parameters=()) for n in names),
+        hypotheses=tuple(
+            SimpleNamespace(id=n, kind=SelfHeating, parameters=(), fitted=fitted) for n in names
+        ),
         heavy_tailed=False,
-        flights=(SimpleNamespace(pack=SimpleNamespace(standard_errors={})),),
+        flights=(SimpleNamespace(pack=SimpleNamespace(standard_errors=stated or {})),),
         told=lambda *_: none,
         values=lambda *_: none,
         stds=lambda *_: none,
@@ -121,6 +124,27 @@ def test_beside_an_effect_that_leaves_what_the_twin_may_err_by_no_other_is_named
     assert found.model.ids == ids
 
 
+@pytest.mark.parametrize(
+    ("shift", "other_V", "ids"),
+    [
+        (1.3, 0.006, ("cold", "resistance")),
+        (2.7, 0.006, ("clock", "cold")),  # more than is stated
+        (1.3, 0.035, ("clock", "cold")),  # nothing else is enough
+    ],
+)
+def test_what_a_pack_states_within_errors_is_not_left_out(
+    shift: float, other_V: float, ids: tuple[str, ...]
+) -> None:
+    """A cold pack whose clocks are known within an error, as sharp as its evidence may be."""
+    null = model(Fit((), 0.07, 0.06, excess=500.0), -900.0, 0.0)
+    cold = model(_with_numbers({"cold": -2.0}, 0.030), -70.0, 0.0)
+    shifted = model(_with_numbers({"clock": shift, "cold": -2.0}, 0.020), 0.0, 1.0)
+    resists = model(_with_numbers({"cold": -2.0, "resistance": 0.5}, other_V), -20.0, 0.0)
+    found = decide([shifted, resists, cold, null], 1.0, 0.001, stated_V=0.012)
+    assert found.model.ids == ids
+    assert [e.id for e in found.effects] == list(ids)
+
+
 def test_what_leaves_more_than_little_does_not_look_like_what_is_named_for_leaving_little() -> None:
     """Odds of 3 to 1 between all three; of 388 mV one leaves 145, the others 48 and 42."""
     null = model(Fit((), 0.158, 0.388, excess=500.0), -90.0, 0.0)
@@ -153,3 +177,9 @@ def test_a_name_has_few_that_look_like_it_or_is_likely_alone(
 
 def _with_effect(name: str, ahead_V: float, excess: float = 9.0) -> Fit:
     return Fit((name,), 0.022, ahead_V, excess=excess, problem=problem(name))
+
+
+def _with_numbers(q: dict[str, float], left_V: float) -> Fit:
+    """Effects of one number each; the pack states its own error of that of `clock`."""
+    of = problem(*q, numbers=1, stated={"clock": {"x0": 0.02}})
+    return Fit(tuple(q), left_V, left_V, q=np.array([*q.values()]), problem=of)
