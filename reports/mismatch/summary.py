@@ -11,6 +11,7 @@ from reports.section import Notice, Row, Section, Severity
 from twin.mismatch import Finding, NamedEffect, Verdict
 
 FOLLOWED = 2  # quantities in a sentence
+LEAD = 0.5  # of what is missed: what leaves no more explains most of it, though not all
 MORE_THAN_NOISE = 1.5  # times the noise: what is left by a stated error or a start, and is told so
 
 
@@ -97,10 +98,19 @@ def _unknown(finding: Finding) -> str:
         f"of {mV(finding.errors.noise)} mV"
     )
     if finding.causes_sought:
-        text += ", and no effect that it knows explains that"
+        text += f", and no effect that it knows explains that{_nearest(finding)}"
     if follows:
         text += f"; it follows the {listed(follows[:FOLLOWED], 'and the')}"
     return sentence(text)
+
+
+def _nearest(finding: Finding) -> str:
+    """The likeliest of what was looked at, if it leaves little enough to be a lead."""
+    first = next(c for c in finding.candidates if c.ids)
+    if first.held_out_rms_V > LEAD * finding.errors.held_out_before:
+        return ""
+    names = listed([name(i) for i in first.ids])
+    return f" (nearest comes {names}, which leaves {mV(first.held_out_rms_V)} mV)"
 
 
 def _none(finding: Finding) -> str:

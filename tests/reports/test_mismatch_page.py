@@ -36,7 +36,10 @@ def words(page: str) -> str:
         (Verdict.NONE, "The twin says what these recordings say"),
         (Verdict.NAMED, "The pack heats itself and the twin did not know"),
         (Verdict.AMBIGUOUS, "most likely it is self-heating (98 %)."),
-        (Verdict.UNKNOWN, "no effect that it knows explains that; it follows the current squared."),
+        (
+            Verdict.UNKNOWN,
+            "(nearest comes self-heating, which leaves 8.2 mV); it follows",
+        ),
     ],
 )
 def test_each_verdict_has_a_sentence_and_a_whole_page(verdict: Verdict, said: str) -> None:
@@ -105,6 +108,12 @@ def test_an_unknown_one_is_described_and_never_named() -> None:
     assert "-12.3" in text
     assert "Before and after" not in text
     assert "taken" not in {outcome(c, finding(Verdict.UNKNOWN)) for c in finding().candidates}
+
+
+def test_what_explains_most_of_an_unknown_one_is_a_lead_and_what_explains_less_is_none() -> None:
+    unknown = finding(Verdict.UNKNOWN)
+    far = replace(unknown, candidates=unknown.candidates[2:])  # the likeliest leaves 21 of 35 mV
+    assert "explains that; it follows the current squared." in headline(far)
 
 
 def test_a_start_within_its_tolerance_is_not_told_as_noise() -> None:
