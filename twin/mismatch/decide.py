@@ -1,6 +1,6 @@
 """From models and their probabilities to a verdict."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from math import hypot, sqrt
 
@@ -106,17 +106,20 @@ def _enough(models: Sequence[Model], stated_V: float, noise_V: float) -> tuple[M
     within = [m.fitted for m in models if m.ids and _within(m.fitted, most_V)]
     least = min((len(f.ids) for f in within), default=0)
     fewest = [f for f in within if len(f.ids) == least]
-    new = [f for f in fewest if not any(_as_stated(f))]
-    return judged(new or fewest) if fewest else ()
+    news = [f for f in fewest if not _as_stated(f)]
+    return judged(news or fewest) if fewest else ()
 
 
-def _as_stated(fitted: Fitted) -> Iterator[bool]:
-    """Of each effect: its numbers are all within the errors that the pack states of them."""
+def _as_stated(fitted: Fitted) -> bool:
+    """Of one of its effects all numbers are within the errors that the pack states of them."""
     q = iter(fitted.q.tolist())
     known = fitted.problem.flights[0].pack.standard_errors
     for h in fitted.problem.hypotheses:
-        near = [abs(next(q)) < AS_STATED for _ in h.fitted]
-        yield h.id in known and all(near)
+        stated = known.get(h.id, {})
+        near = [abs(next(q)) < AS_STATED and name in stated for name in h.fitted]
+        if stated and all(near):
+            return True
+    return False
 
 
 def _simplest(models: Sequence[Model]) -> Model:
