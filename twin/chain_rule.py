@@ -34,7 +34,14 @@ class Operation(NamedTuple):
 
 def operations(inputs: list[ca.SX], result: ca.SX) -> Iterator[Operation]:
     """What has to be done for `result` (n,), which is dense."""
-    f = ca.Function("f", inputs, [ca.densify(result)], {"cse": True})
+    return instructions(ca.Function("f", inputs, [ca.densify(result)], {"cse": True}))
+
+
+def instructions(f: ca.Function) -> Iterator[Operation]:
+    """Of a function of scalars.
+
+    An input is read from `of`: its place, and the place in it. An output is written likewise.
+    """
     nodes = f.instructions_sx()
     for k in range(f.n_instructions()):
         op = f.instruction_id(k)

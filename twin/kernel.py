@@ -57,12 +57,19 @@ class Kernel(Protocol):
         ...
 
 
-def kernel(function: ca.Function, backend: Backend = Backend.AUTO) -> Kernel:
-    """The loop over `function`; in the virtual machine where no compiled code can be had."""
-    return begun(function, backend)()
+def kernel(
+    function: ca.Function, backend: Backend = Backend.AUTO, code: str | None = None
+) -> Kernel:
+    """The loop over `function`; in the virtual machine where no compiled code can be had.
+
+    `code` is C that does the same under its name, in the place of CasADi's.
+    """
+    return begun(function, backend, code)()
 
 
-def begun(function: ca.Function, backend: Backend = Backend.AUTO) -> Callable[[], Kernel]:
+def begun(
+    function: ca.Function, backend: Backend = Backend.AUTO, code: str | None = None
+) -> Callable[[], Kernel]:
     """`kernel`, compiled while the caller does something else; calling it waits for the loop.
 
     Only the compiler runs beside the caller: CasADi's symbols belong to one thread.
@@ -70,7 +77,7 @@ def begun(function: ca.Function, backend: Backend = Backend.AUTO) -> Callable[[]
     if backend is not Backend.AUTO or not (found := compiled.compiler()):
         return lambda: VirtualLoop(function)
     pool = ThreadPoolExecutor(1)
-    library = pool.submit(compiled.library, _source(function), found)
+    library = pool.submit(compiled.library, _source(function, code), found)
     pool.shutdown(wait=False)
 
     def made() -> Kernel:
@@ -114,11 +121,16 @@ int loop(casadi_int steps, const casadi_real** in, const casadi_int* stride, cas
 """
 
 
-def _source(function: ca.Function) -> str:
+def _source(function: ca.Function, code: str | None) -> str:
+    loop = LOOP.replace("NAME", function.name())
+    return f"{PRELUDE}{_trusting(code or c_of(function))}{loop}"
+
+
+def c_of(function: ca.Function) -> str:
+    """What CasADi writes."""
     generator = ca.CodeGenerator(function.name(), {"with_header": False})
     generator.add(function)
-    loop = LOOP.replace("NAME", function.name())
-    return f"{PRELUDE}{_trusting(generator.dump())}{loop}"
+    return str(generator.dump())
 
 
 def _trusting(source: str) -> str:

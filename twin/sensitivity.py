@@ -11,6 +11,7 @@ from functools import lru_cache
 import numpy as np
 import numpy.typing as npt
 
+from twin import lanes
 from twin.kernel import Backend, Kernel, kernel
 from twin.load import Load
 from twin.mesh import Mesh
@@ -118,7 +119,9 @@ def _last_steps(run: Run) -> npt.NDArray[np.int64]:
 
 @lru_cache(maxsize=16)
 def _built(model: StepModel, directions: int, backend: Backend) -> Kernel:
-    return kernel(Tangent(model).step(directions), backend)
+    tangent = Tangent(model)
+    step = tangent.step(directions)
+    return kernel(step, backend, lanes.source(step.name(), *tangent.split(), directions))
 
 
 def _carry(

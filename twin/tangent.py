@@ -62,17 +62,17 @@ class Tangent:
         given = [ca.MX.sym("given", v.numel()) for v in (model.drive, model.p.vector)]
         changes = [ca.MX.sym("d", v.numel(), directions) for v in given]
         state, *dstates = ca.vertsplit(carried, size)
-        shared, along = self._split()
-        known = shared(self._solved(after, state), state, *given)
+        shared, along = self.split()
+        known = shared(after, state, *given)
         dy = zip(dstates, *map(ca.horzsplit, changes), strict=True)
         out = [along(known, *own) for own in dy]
         whole = [ca.vertcat(after, *(o[0] for o in out)), ca.vertcat(*(o[1] for o in out))]
         return ca.Function("tangent", [carried, after, *given, *changes], whole)
 
-    def _split(self) -> tuple[ca.Function, ca.Function]:
+    def split(self) -> tuple[ca.Function, ca.Function]:
         """What all directions share, and the change along one of them.
 
-        (z, state, drive, p) -> shared
+        (state after, state, drive, p) -> shared
         (shared, dstate, ddrive, dp) -> (dstate after, of it SHOWN).
         """
         change = self._change()
@@ -80,12 +80,13 @@ class Tangent:
         at, along = given[:4], given[4:]
         known, values, result = split(change(*given), ca.vertcat(*at), ca.vertcat(*along))
         shown = ca.vertcat(*(result[self.model.layout.slice_of(name)] for name in SHOWN))
+        solved, after = ca.Function("solved", at, [values]), ca.SX.sym("after", at[1].numel())
         return (
-            ca.Function("shared", at, [values]),
+            ca.Function("shared", [after, *at[1:]], [solved(self._solved(after, at[1]), *at[1:])]),
             ca.Function("along", [known, *along], [result, shown]),
         )
 
-    def _solved(self, after: ca.MX, before: ca.MX) -> ca.MX:
+    def _solved(self, after: ca.SX, before: ca.SX) -> ca.SX:
         """(unknowns,) z of a step that led from the state `before` to `after`."""
         at, reactions = self.model.layout.slice_of, []
         for key in ("n", "p"):

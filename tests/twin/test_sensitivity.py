@@ -10,6 +10,7 @@ from twin import limits, newton, pack_model
 from twin.bpx_function import Table
 from twin.builtin import load_cell
 from twin.cell import Cell
+from twin.compiled import compiler
 from twin.effects import (
     AGEING,
     ActiveMaterialLoss,
@@ -192,6 +193,18 @@ def test_many_parameters_give_what_each_gives_alone() -> None:
         alone = sensitivity(pack, load, NAMES[i : i + 1], mesh=COARSE)
         scale = np.abs(alone.voltage).max()
         assert together.voltage[:, [i]] == pytest.approx(alone.voltage, abs=1e-11 * scale)
+
+
+@pytest.mark.skipif(compiler() is None, reason="no C compiler")
+@pytest.mark.parametrize("effects", [(), (SelfHeating(), *HARSH)])
+def test_vectors_of_directions_give_what_casadi_gives(effects: tuple[AnyEffect, ...]) -> None:
+    pack = Pack(cell=load_cell("lg_m50"), effects=effects)
+    load = flight(Between.LINEAR, charging_s=10.0)
+    lanes, plain = (
+        sensitivity(pack, load, NAMES[:4], mesh=COARSE, backend=backend).voltage
+        for backend in (Backend.AUTO, Backend.VIRTUAL_MACHINE)
+    )
+    assert np.all(np.abs(lanes - plain) < 1e-8 * np.abs(plain).max(axis=0))
 
 
 def test_an_unknown_name_is_refused_and_the_known_ones_told() -> None:

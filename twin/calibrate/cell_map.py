@@ -9,8 +9,10 @@ Full and empty are at the rest voltages that they have in the cell to start from
 cut-offs). The rest is explicit. The derivative of w is that of an implicit function.
 """
 
+from array import array
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import Any
 
 import casadi as ca
 import numpy as np
@@ -105,26 +107,32 @@ class CellMap:
 
     def __call__(self, values: FloatArray) -> tuple[dict[str, float], FloatArray]:
         """Kernel's numbers and what is derived; Infeasible if no window fits."""
-        numbers, derived = self._numbers(values, self._solved(values))
-        given = dict(zip(self.names, numbers.full().ravel().tolist(), strict=True))
-        return given, derived.full().ravel()
+        return self._at(values, self._solved(values))
 
     def mapped(self, values: FloatArray) -> Mapped:
         """The same with derivatives."""
         w = self._solved(values)
-        numbers, derived = self(values)
+        numbers, derived = self._at(values, w)
         by_values, derived_by_values = (m.full() for m in self._slopes(values, w))
         return Mapped(numbers, derived, by_values, derived_by_values)
+
+    def _at(self, values: FloatArray, w: FloatArray) -> tuple[dict[str, float], FloatArray]:
+        numbers, derived = self._numbers(values, w)
+        given = dict(zip(self.names, numbers.full().ravel().tolist(), strict=True))
+        return given, derived.full().ravel()
 
     def rest_V(self, values: FloatArray, soc: float) -> float:
         """Open-circuit voltage at a state of charge; `values` without START_V."""
         whole = np.append(values, 0.0)
         x, y = self._windows(whole)
-        return self._rest_V(whole, x, y, soc)
+        return self._rest_V(whole, x, y)(soc)
 
-    def _rest_V(self, values: FloatArray, x: list[float], y: list[float], soc: float) -> float:
+    def _rest_V(self, values: FloatArray, x: list[float], y: list[float]) -> Potential:
+        """[V] of the cell, of its state of charge."""
         negative, positive = self._potentials(values)
-        return positive(y[1] + soc * (y[0] - y[1])) - negative(x[1] + soc * (x[0] - x[1]))
+        return lambda soc: (
+            positive(y[1] + soc * (y[0] - y[1])) - negative(x[1] + soc * (x[0] - x[1]))
+        )
 
     def _potentials(self, values: FloatArray) -> tuple[Potential, Potential]:
         """[V] of the negative and the positive electrode, of stoichiometry."""
@@ -157,7 +165,8 @@ class CellMap:
     def _solved(self, values: FloatArray) -> FloatArray:
         x, y = self._windows(values)
         start_V = float(values[-1])
-        soc = _root(lambda s: start_V - self._rest_V(values, x, y, s), 0.0, OVERFULL)
+        rest_V = self._rest_V(values, x, y)
+        soc = _root(lambda s: start_V - rest_V(s), 0.0, OVERFULL)
         empty = y[1] if EMPTY_ENDS[0] in self._names else x[1]
         return np.array([y[0], empty, soc])
 
@@ -185,7 +194,20 @@ def full_and_empty_V(pack: Pack) -> tuple[float, float]:
 
 
 def _of_float(function: ca.Function, values: FloatArray) -> Potential:
-    return lambda x: float(function(x, values))
+    """`function(x, values)` of x, by a buffer: a call takes 1 us instead of 60, and roots many."""
+    buffer: Any
+    buffer, evaluate = function.buffer()
+    at, given, found = array("d", [0.0]), array("d", values.tolist()), array("d", [0.0])
+    buffer.set_arg(0, memoryview(at))
+    buffer.set_arg(1, memoryview(given))
+    buffer.set_res(0, memoryview(found))
+
+    def potential_V(x: float, _kept: tuple[Any, ...] = (buffer, given)) -> float:
+        at[0] = x
+        evaluate()
+        return found[0]
+
+    return potential_V
 
 
 def _potential_V(pack: Pack, side: str, x: ca.SX, value: dict[str, ca.SX]) -> ca.SX:

@@ -14,7 +14,7 @@ import numpy.typing as npt
 from twin.calibrate.answer import not_identified
 from twin.calibrate.cell_map import Infeasible
 from twin.calibrate.objective import Problem
-from twin.calibrate.polish import polish
+from twin.calibrate.polish import SMALL_GAIN, polish
 
 FloatArray = npt.NDArray[np.float64]
 
@@ -65,14 +65,17 @@ def held_back(best: Settled) -> Iterator[Settled]:
         yield from steps
 
 
-def least_squares(problem: Problem, start: FloatArray) -> Iterator[Settled]:
+def least_squares(
+    problem: Problem, start: FloatArray, *, small_gain: float = SMALL_GAIN
+) -> Iterator[Settled]:
     """Polished; then with what steps and mesh miss there, until that changes no more.
 
-    The first is `start` (k,) itself; Infeasible if no cell has its values.
+    The first is `start` (k,) itself; Infeasible if no cell has its values. `small_gain` as `polish`
+    has it.
     """
     q = start
     for _ in range(MOST_REFINEMENTS):
-        for polished in polish(problem, q):
+        for polished in polish(problem, q, small_gain=small_gain):
             q = polished.q
             yield Settled(problem, q, polished.cost)
         before, problem = problem, problem.refined(q)

@@ -11,6 +11,7 @@ from tests.twin.calibrate.synthetic import cell_pack, measured
 from twin.calibrate import run, starts
 from twin.calibrate.cell_map import Infeasible
 from twin.calibrate.objective import Problem
+from twin.calibrate.polish import SMALL_GAIN
 from twin.calibrate.run import fit, fit_from_everywhere, problem_of
 from twin.calibrate.settle import MISSED_V, Settled, least_squares
 from twin.calibrate.table import CalibrationError
@@ -72,14 +73,23 @@ def test_all_are_tried_for_the_likeliest_of_those_that_explain_the_tests(
     assert steps[-1].cost <= first.cost * (1 + 1e-6)
 
 
+def test_the_valley_that_was_chosen_from_afar_is_gone_down_to_its_floor(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.setattr(run, "SIGHTED", 1.0)
+    *_, last = fit(problem(0.01))
+    *_, floor = least_squares(last.problem, last.q)
+    assert last.cost - floor.cost < 3 * SMALL_GAIN * last.cost
+
+
 def test_points_that_no_cell_has_are_left_out(monkeypatch: pytest.MonkeyPatch) -> None:
     own = problem(0.0)
     begin = starts.of_windows(own)
 
-    def unless_there(problem: Problem, q: FloatArray) -> Iterator[Settled]:
+    def unless_there(problem: Problem, q: FloatArray, *, small_gain: float) -> Iterator[Settled]:
         if np.array_equal(q, begin):
             raise Infeasible("the positive window is empty", by=0.1)
-        yield from least_squares(problem, q)
+        yield from least_squares(problem, q, small_gain=small_gain)
 
     monkeypatch.setattr(run, "least_squares", unless_there)
     *_, last = fit(own)
