@@ -4,9 +4,10 @@ Coordinates q are standard deviations of the prior from its mean, so that the pr
 """
 
 import os
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -90,6 +91,7 @@ class Problem:
         own = [MOUNT] if mounts else []
         self._map = CellMap(self.pack, (*(p.name for p in cell), *own, START_V))
         self._simulator = Simulator(self.pack)
+        self._last: tuple[bytes, FloatArray] = b"", np.zeros(0)
         self._filler_means = filler_shares(self.pack)
 
     @property
@@ -141,11 +143,20 @@ class Problem:
 
         Then the prior's, which are -q and the fillers'; then those of the temperatures. Where no
         cell has these values all residuals are large, the larger the farther it is from possible.
+        The last are kept: who is told of a step asks for those that it was judged by.
         """
+        last, key = self._last, q.tobytes()
+        if last[0] != key:
+            with ThreadPoolExecutor(_workers()) as pool:
+                self._last = last = key, self._residuals(q, pool.map)
+        return last[1]
+
+    def _residuals(self, q: FloatArray, each: Callable[..., Iterable[Simulated]]) -> FloatArray:
+        """With `each` as `map`."""
         values = self.values(q)
         warm: list[FloatArray] = []
         try:
-            answers = [self.simulated(q, i) for i in range(len(self.tests))]
+            answers = list(each(partial(self.simulated, q), range(len(self.tests))))
             parts = [a.voltage_V for a in answers]
             warm = [self._missed_K(a, k) for k, a in enumerate(answers) if self.warming(k)]
             derived = self._map(self._values_at(values, 0))[1]
@@ -188,14 +199,17 @@ class Problem:
 
     def cost(self, q: FloatArray) -> float:
         """Half the sum of squares of `residuals`."""
-        r = self.residuals(q)
-        return 0.5 * float(r @ r)
+        return _half_square(self.residuals(q))
 
     def costs(self, points: FloatArray) -> FloatArray:
-        """(m,) of points (m, k) of the unit cube, in threads: what a search minimises."""
+        """(m,) of points (m, k) of the unit cube, a thread each: what a search minimises."""
+
+        def cost(q: FloatArray) -> float:
+            return _half_square(self._residuals(q, map))
+
         low, high = self.bounds
         with ThreadPoolExecutor(_workers()) as pool:
-            return np.array(list(pool.map(self.cost, low + points * (high - low))))
+            return np.array(list(pool.map(cost, low + points * (high - low))))
 
     def simulated(self, q: FloatArray, test: int, *, derivative: bool = False) -> Simulated:
         """The test number `test`; Infeasible if no cell has these values."""
@@ -367,6 +381,10 @@ class Problem:
 
 def _with_potential(cell: Cell, ocp_V: Function) -> Cell:
     return replace(cell, positive=replace(cell.positive, ocp_V=ocp_V))
+
+
+def _half_square(residuals: FloatArray) -> float:
+    return 0.5 * float(residuals @ residuals)
 
 
 def _workers() -> int:

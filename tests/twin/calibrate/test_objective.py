@@ -15,6 +15,7 @@ from twin.calibrate.polish import polish
 from twin.calibrate.reference import ReferenceTest
 from twin.calibrate.refine import PARTS, refined
 from twin.calibrate.run import problem_of
+from twin.calibrate.simulated import Simulated
 from twin.constants import FARADAY_C_mol
 from twin.sensitivity import Sensitivities, sensitivity_of
 
@@ -98,6 +99,26 @@ def test_costs_of_many_points_are_those_of_each_and_always_finite() -> None:
     costs = problem.costs(points)
     assert np.isfinite(costs).all()
     assert costs[2] == problem.cost(low + points[2] * (high - low))
+
+
+def test_who_asks_again_for_a_point_waits_for_no_simulation(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    problem, q = case()
+    simulated, asked = problem.simulated, []
+
+    def counted(*given: Any) -> Simulated:
+        asked.append(given)
+        return simulated(*given)
+
+    monkeypatch.setattr(problem, "simulated", counted)
+    cost = problem.cost(q + 0.1)
+    assert len(asked) == len(problem.tests)
+    residuals = problem.residuals(q + 0.1)
+    assert len(asked) == len(problem.tests)
+    assert cost == 0.5 * float(residuals @ residuals)
+    assert problem.cost(q) != cost
+    assert len(asked) == 2 * len(problem.tests)
 
 
 def test_whoever_comes_further_is_better() -> None:
