@@ -21,6 +21,7 @@ import numpy.typing as npt
 from twin import compiled
 
 FloatArray = npt.NDArray[np.float64]
+Code = Callable[[], str]
 
 CHUNK = 512  # steps a call of the virtual machine's loop
 
@@ -58,17 +59,17 @@ class Kernel(Protocol):
 
 
 def kernel(
-    function: ca.Function, backend: Backend = Backend.AUTO, code: str | None = None
+    function: ca.Function, backend: Backend = Backend.AUTO, code: Code | None = None
 ) -> Kernel:
     """The loop over `function`; in the virtual machine where no compiled code can be had.
 
-    `code` is C that does the same under its name, in the place of CasADi's.
+    `code` gives C that does the same under its name, in the place of CasADi's.
     """
     return begun(function, backend, code)()
 
 
 def begun(
-    function: ca.Function, backend: Backend = Backend.AUTO, code: str | None = None
+    function: ca.Function, backend: Backend = Backend.AUTO, code: Code | None = None
 ) -> Callable[[], Kernel]:
     """`kernel`, compiled while the caller does something else; calling it waits for the loop.
 
@@ -121,9 +122,9 @@ int loop(casadi_int steps, const casadi_real** in, const casadi_int* stride, cas
 """
 
 
-def _source(function: ca.Function, code: str | None) -> str:
+def _source(function: ca.Function, code: Code | None) -> str:
     loop = LOOP.replace("NAME", function.name())
-    return f"{PRELUDE}{_trusting(code or c_of(function))}{loop}"
+    return f"{PRELUDE}{_trusting(code() if code else c_of(function))}{loop}"
 
 
 def c_of(function: ca.Function) -> str:

@@ -44,16 +44,14 @@ static int %(name)s(const casadi_real** arg, casadi_real** res, casadi_int* iw, 
 """
 
 
-def source(name: str, shared: ca.Function, along: ca.Function, directions: int) -> str | None:
-    """C of `Tangent.step(directions)`, called `name`; None where these are not whole LANES."""
-    if directions % LANES:
-        return None
+def source(step: ca.Function, shared: ca.Function, along: ca.Function, directions: int) -> str:
+    """C of `Tangent.step` along so many directions, whole LANES."""
     sizes = {
         "known": along.numel_in(0), "state": along.numel_in(1), "drive": along.numel_in(2),
         "p": along.numel_in(3), "shown": along.numel_out(1),
     }  # fmt: skip
-    step = STEP % {"name": name, "directions": directions, "lanes": LANES, **sizes}
-    return c_of(shared) + HEAD + _along(along) + step
+    own = STEP % {"name": step.name(), "directions": directions, "lanes": LANES, **sizes}
+    return c_of(shared) + HEAD + _along(along) + own
 
 
 def _along(along: ca.Function) -> str:

@@ -6,7 +6,7 @@ The steps that the simulation accepted are gone through once more, carrying dsta
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from functools import lru_cache
+from functools import lru_cache, partial
 
 import numpy as np
 import numpy.typing as npt
@@ -120,8 +120,10 @@ def _last_steps(run: Run) -> npt.NDArray[np.int64]:
 @lru_cache(maxsize=16)
 def _built(model: StepModel, directions: int, backend: Backend) -> Kernel:
     tangent = Tangent(model)
-    step = tangent.step(directions)
-    return kernel(step, backend, lanes.source(step.name(), *tangent.split(), directions))
+    both = tangent.split()
+    step = tangent.step(*both, directions)
+    whole = directions % lanes.LANES == 0
+    return kernel(step, backend, partial(lanes.source, step, *both, directions) if whole else None)
 
 
 def _carry(

@@ -51,8 +51,8 @@ class Tangent:
 
     model: StepModel
 
-    def step(self, directions: int) -> ca.Function:
-        """((state, dstate), state after, drive, p, ddrive, dp) -> (carried, shown).
+    def step(self, shared: ca.Function, along: ca.Function, directions: int) -> ca.Function:
+        """((state, dstate), state after, drive, p, ddrive, dp) -> (carried, shown), of `split`.
 
         All d have one column per direction, those of dstate one after the other behind the state;
         `shown` is the change of SHOWN, direction by direction.
@@ -62,7 +62,6 @@ class Tangent:
         given = [ca.MX.sym("given", v.numel()) for v in (model.drive, model.p.vector)]
         changes = [ca.MX.sym("d", v.numel(), directions) for v in given]
         state, *dstates = ca.vertsplit(carried, size)
-        shared, along = self.split()
         known = shared(after, state, *given)
         dy = zip(dstates, *map(ca.horzsplit, changes), strict=True)
         out = [along(known, *own) for own in dy]
