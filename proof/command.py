@@ -9,7 +9,7 @@ from dataclasses import dataclass, replace
 from importlib.metadata import PackageNotFoundError
 from importlib.metadata import version as version_of
 from importlib.util import find_spec
-from os import cpu_count, environ
+from os import cpu_count
 from pathlib import Path
 
 import click
@@ -36,9 +36,6 @@ FILE, PAGE = "proof.json", "proof.html"
 SOLVES, CELLS = "solves", "cells"
 SHOWN = ("numpy", "scipy", "casadi", "pybamm", "cryptography")
 SEEDS = 10**9
-ONE_THREAD = ("OPENBLAS_NUM_THREADS", "1")
-"""Of the processes that are begun, one a core: where the linear algebra of two of them had threads
-of its own, these waiting for each other took half of two cores."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -71,7 +68,6 @@ def run(request: Request) -> int:
         raise WrongUse("nothing to prove: give --trials or --recordings")
     click.echo(f"seed     {seed}: {len(trials)} trials")
     jobs = request.jobs or cpu_count() or 1
-    environ.setdefault(*ONE_THREAD)
     with asked_to_stop("trial") as asked, watching(3 * len(trials), "trials") as tell:
         watch = Watch(tell=_Counted(tell, len(trials)), stop=asked)
         done, left, head = prove(trials, request.out, jobs=jobs, watch=watch)
