@@ -30,6 +30,7 @@ typedef long long words __attribute__((vector_size({8 * LANES})));
 STEP = """
 static int %(name)s(const casadi_real** arg, casadi_real** res, casadi_int* iw, casadi_real* w,
                     int mem) {
+  /* behind the six inputs and the two outputs is scratch, which what is shared may use */
   const casadi_real **in = arg + 6, *d_state = arg[0] + %(state)d;
   casadi_real known[%(known)d], **out = res + 2, *d_after = res[0] + %(state)d;
   in[0] = arg[1]; in[1] = arg[0]; in[2] = arg[2]; in[3] = arg[3];
@@ -45,7 +46,7 @@ static int %(name)s(const casadi_real** arg, casadi_real** res, casadi_int* iw, 
 
 
 def source(step: ca.Function, shared: ca.Function, along: ca.Function, directions: int) -> str:
-    """C of `Tangent.step` along so many directions, whole LANES."""
+    """C of `tangent_step` along so many directions, whole LANES."""
     sizes = {
         "known": along.numel_in(0), "state": along.numel_in(1), "drive": along.numel_in(2),
         "p": along.numel_in(3), "shown": along.numel_out(1),

@@ -22,7 +22,7 @@ from twin.pieces import sample_ends
 from twin.simulate import DEFAULT_MESH, OUTSIDE, Run, cells_of, changeable, solution_of
 from twin.solution import Solution
 from twin.step import DRIVE, StepModel
-from twin.tangent import Tangent
+from twin.tangent import Tangent, tangent_step
 
 FloatArray = npt.NDArray[np.float64]
 
@@ -119,11 +119,10 @@ def _last_steps(run: Run) -> npt.NDArray[np.int64]:
 
 @lru_cache(maxsize=16)
 def _built(model: StepModel, directions: int, backend: Backend) -> Kernel:
-    tangent = Tangent(model)
-    both = tangent.split()
-    step = tangent.step(*both, directions)
-    whole = directions % lanes.LANES == 0
-    return kernel(step, backend, partial(lanes.source, step, *both, directions) if whole else None)
+    both = Tangent(model).split()
+    function = tangent_step(*both, directions)
+    in_lanes = partial(lanes.source, function, *both, directions)
+    return kernel(function, backend, None if directions % lanes.LANES else in_lanes)
 
 
 def _carry(

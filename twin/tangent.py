@@ -45,28 +45,29 @@ class Equations:
     following: ca.SX
 
 
+def tangent_step(shared: ca.Function, along: ca.Function, directions: int) -> ca.Function:
+    """((state, dstate), state after, drive, p, ddrive, dp) -> (carried, shown), of `Tangent.split`.
+
+    All d have one column per direction, those of dstate one after the other behind the state;
+    `shown` is the change of SHOWN, direction by direction.
+    """
+    size, *sizes = (along.numel_in(k) for k in (1, 2, 3))
+    carried, after = ca.MX.sym("carried", size * (1 + directions)), ca.MX.sym("after", size)
+    given = [ca.MX.sym("given", n) for n in sizes]
+    changes = [ca.MX.sym("d", n, directions) for n in sizes]
+    state, *dstates = ca.vertsplit(carried, size)
+    known = shared(after, state, *given)
+    dy = zip(dstates, *map(ca.horzsplit, changes), strict=True)
+    out = [along(known, *own) for own in dy]
+    whole = [ca.vertcat(after, *(o[0] for o in out)), ca.vertcat(*(o[1] for o in out))]
+    return ca.Function("tangent", [carried, after, *given, *changes], whole)
+
+
 @dataclass(frozen=True, slots=True)
 class Tangent:
     """Of the steps of a `StepModel`."""
 
     model: StepModel
-
-    def step(self, shared: ca.Function, along: ca.Function, directions: int) -> ca.Function:
-        """((state, dstate), state after, drive, p, ddrive, dp) -> (carried, shown), of `split`.
-
-        All d have one column per direction, those of dstate one after the other behind the state;
-        `shown` is the change of SHOWN, direction by direction.
-        """
-        model, size = self.model, self.model.layout.size
-        carried, after = ca.MX.sym("carried", size * (1 + directions)), ca.MX.sym("after", size)
-        given = [ca.MX.sym("given", v.numel()) for v in (model.drive, model.p.vector)]
-        changes = [ca.MX.sym("d", v.numel(), directions) for v in given]
-        state, *dstates = ca.vertsplit(carried, size)
-        known = shared(after, state, *given)
-        dy = zip(dstates, *map(ca.horzsplit, changes), strict=True)
-        out = [along(known, *own) for own in dy]
-        whole = [ca.vertcat(after, *(o[0] for o in out)), ca.vertcat(*(o[1] for o in out))]
-        return ca.Function("tangent", [carried, after, *given, *changes], whole)
 
     def split(self) -> tuple[ca.Function, ca.Function]:
         """What all directions share, and the change along one of them.

@@ -9,6 +9,7 @@ import pytest
 from twin import lanes
 from twin.compiled import compiler
 from twin.kernel import CompiledLoop, VirtualLoop, kernel
+from twin.tangent import tangent_step
 
 STATE, DRIVE, P = 3, 1, 2
 
@@ -27,23 +28,10 @@ def parts() -> tuple[ca.Function, ca.Function]:
     )
 
 
-def step(directions: int) -> ca.Function:
-    """As `Tangent.step`."""
-    shared, along = parts()
-    carried, after = ca.MX.sym("carried", STATE * (1 + directions)), ca.MX.sym("after", STATE)
-    given = [ca.MX.sym("given", n) for n in (DRIVE, P)]
-    changes = [ca.MX.sym("d", n, directions) for n in (DRIVE, P)]
-    state, *own = ca.vertsplit(carried, STATE)
-    known = shared(after, state, *given)
-    out = [along(known, *d) for d in zip(own, *map(ca.horzsplit, changes), strict=True)]
-    whole = [ca.vertcat(after, *(o[0] for o in out)), ca.vertcat(*(o[1] for o in out))]
-    return ca.Function("tangent", [carried, after, *given, *changes], whole)
-
-
 @pytest.mark.skipif(compiler() is None, reason="no C compiler")
 @pytest.mark.parametrize("directions", [4, 16])
 def test_they_give_what_casadi_gives(directions: int) -> None:
-    function, rng = step(directions), np.random.default_rng(3)
+    function, rng = tangent_step(*parts(), directions), np.random.default_rng(3)
     loop = kernel(function, code=partial(lanes.source, function, *parts(), directions))
     each = [rng.normal(size=(9, STATE)), rng.normal(size=(9, DRIVE))]
     fixed = [rng.normal(size=n) for n in (P, DRIVE * directions, P * directions)]
