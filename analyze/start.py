@@ -7,7 +7,7 @@ import numpy as np
 from flightlogs.log import FloatArray
 from flightlogs.recording import Recording
 from reports.flight import PackUse
-from twin.bpx_file import open_circuit_V
+from twin.at_rest import open_circuit_V, soc_at_rest
 from twin.cell import Cell
 from twin.constants import ZERO_CELSIUS_K
 from twin.effects import SelfHeating
@@ -23,7 +23,6 @@ REST_S = 10.0  # from the first voltage on: later the avionics have drawn charge
 REST_SAMPLES = 3
 BEYOND_V = 0.02  # a cell: what the voltage dividers of autopilots are off by anyway
 QUIET_RATE = 0.005  # C: what a cycler's channel reads at rest
-SOC_STEPS = 2001  # 0.05 % of charge, below what any voltage can tell
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -64,6 +63,7 @@ def pack_use(
         capacity_C=capacity.value,
         capacity_known=capacity.known,
         soc_known=soc.known,
+        soc_by_rest=rest is not None and not (file and file.start.soc is not None),
         temperature_known=start.known,
         cooling_known=transfer.known,
         serial=(recording.serial if recording else "") or (file.pack.serial if file else ""),
@@ -94,6 +94,7 @@ def pack_of(use: PackUse, cell: Cell) -> Pack:
         parallel=use.parallel,
         capacity_C=use.capacity_C,
         initial_soc=use.initial_soc,
+        soc_by_rest=use.soc_by_rest,
         initial_K=use.initial_K,
         heat_transfer_W_m2_K=use.heat_transfer_W_m2_K if use.cooling_known else None,
         heat_transfer_std_W_m2_K=use.heat_transfer_std_W_m2_K,
@@ -155,7 +156,7 @@ def _soc(rest: Known | None, file: PackFile | None, cell: Cell, series: int) -> 
     if rest is None:
         return Known(value=1.0, origin="not known: a full pack assumed", known=False)
     one = rest.value / series
-    soc = soc_at(cell, one)
+    soc = soc_at_rest(cell, one)
     beyond = abs(open_circuit_V(cell, soc) - one)
     note = f"; the cell cannot have that, {beyond:.3f} V off" if beyond > BEYOND_V else ""
     return Known(value=soc, origin=f"{rest.origin}, {one:.3f} V a cell{note}", known=rest.known)
@@ -200,20 +201,6 @@ def _first_rest(table: LoadTable | None, capacity_C: float) -> Known | None:
     if not measured.size:
         return None
     return Known(value=float(measured[-1]), origin="from the voltage at rest at the start")
-
-
-def soc_at(cell: Cell, voltage_V: float) -> float:
-    """State of charge whose open-circuit voltage comes nearest to `voltage_V`, 0..1."""
-    lower, upper = 0.0, 1.0
-    while upper - lower > 1 / SOC_STEPS:
-        middle = (lower + upper) / 2
-        if open_circuit_V(cell, middle) < voltage_V:
-            lower = middle
-        else:
-            upper = middle
-    if voltage_V >= open_circuit_V(cell, 1.0):
-        return 1.0
-    return 0.0 if voltage_V <= open_circuit_V(cell, 0.0) else (lower + upper) / 2
 
 
 def _median(values: FloatArray) -> float:

@@ -19,6 +19,7 @@ import numpy.typing as npt
 
 from benchmarks.real_cells.__main__ import SHARED
 from proof.recorded import leaf_module
+from twin.at_rest import OVERFULL
 from twin.builtin import load_cell
 from twin.calibrate.cells_problem import QUANTITIES
 from twin.calibrate.out import calibrated_cell
@@ -27,7 +28,7 @@ from twin.calibrate.run import conclude, fit, problem_of
 from twin.calibrate.unlike import part
 from twin.effects import SeriesResistance
 from twin.load import Between, Load
-from twin.pack import OVERFULL, Pack
+from twin.pack import Pack
 from twin.simulate import simulate
 
 FloatArray = npt.NDArray[np.float64]

@@ -3,7 +3,8 @@
     python -m benchmarks.single_flights
 
 Four cells in series, the twin's own, with one effect in it or none; 8C on average (17.6 A)
-until the weakest cell is empty, 5 Hz, 8 mV and 0.08 A of noise. All effects are looked for.
+until the weakest cell is empty, 5 Hz, 8 mV and 0.08 A of noise. All effects are looked for. At the
+end three packs out of balance, of whose charge the twin knows what their voltage at rest says.
 """
 
 from dataclasses import replace
@@ -13,6 +14,7 @@ import numpy as np
 
 from tests.reference.loads import flight
 from tests.twin.mismatch.recordings import NOISE_A, NOISE_V, pack
+from twin.at_rest import soc_at_rest
 from twin.effects import (
     ActiveMaterialLossNegative,
     ActiveMaterialLossPositive,
@@ -40,6 +42,11 @@ TRUTHS: tuple[AnyEffect | None, ...] = (
     SeriesResistance(resistance_ohm=0.004),
     CurrentOffset(offset_A=0.4),
 )
+OUT_OF_BALANCE = (
+    WeakCell(soc_offset=-0.06),
+    WeakCell(soc_offset=-0.12),
+    WeakCell(soc_offset=-0.12, capacity_factor=0.95),
+)
 LONGEST_S = 1200.0
 FLOWN = 0.995  # of the samples until the pack is empty
 EVERY = 2  # of samples at 10 Hz
@@ -64,10 +71,24 @@ def flown(truth: AnyEffect | None, seed: int, every: int = EVERY) -> Flight:
     )
 
 
+def told_by_rest(own: Flight, truth: WeakCell) -> Flight:
+    """The same beside a twin that starts by the voltage of the whole pack before take-off."""
+    rested = replace(own.pack, effects=(truth,))
+    before = Load(time_s=np.arange(2.0), current_A=np.zeros(2))
+    mean_V = float(simulate(rested, before).voltage_V[0]) / rested.series
+    soc = soc_at_rest(rested.cell, mean_V)
+    return replace(own, pack=replace(own.pack, initial_soc=soc, soc_by_rest=True))
+
+
 def main() -> None:
-    """One line a flight."""
-    for seed, truth in enumerate(TRUTHS):
-        began_s, own = perf_counter(), flown(truth, seed)
+    """Two lines a flight."""
+    flights = [(truth, flown(truth, seed)) for seed, truth in enumerate(TRUTHS)]
+    flights += [
+        (truth, told_by_rest(flown(truth, seed), truth))
+        for seed, truth in enumerate(OUT_OF_BALANCE, start=len(TRUTHS))
+    ]
+    for truth, own in flights:
+        began_s = perf_counter()
         finding = explain([own])
         named = "; ".join(
             " or ".join([e.id, *e.instead])

@@ -116,10 +116,8 @@ class Question:
                     "series": pack.series,
                     "parallel": pack.parallel,
                 },
-                "start": {
-                    "soc": pack.initial_soc,
-                    "temperature_c": pack.initial_K - ZERO_CELSIUS_K,
-                },
+                "start": ({} if pack.soc_by_rest else {"soc": pack.initial_soc})
+                | {"temperature_c": pack.initial_K - ZERO_CELSIUS_K},
                 "environment": {"ambient_c": self.ambient_K - ZERO_CELSIUS_K} | cooling,
                 "twin": {"physics": [e.id for e in pack.effects]},
                 "standard_errors": pack.standard_errors,

@@ -45,6 +45,7 @@ class PackUse:
         capacity_C: of the pack.
         capacity_known: False if it is only that of the cell that stands in.
         soc_known: False if no rest showed it.
+        soc_by_rest: it is by the voltage of the whole pack, see `Pack`.
         temperature_known: False if it was not measured.
         cooling_known: False if nobody stated the heat transfer.
         serial: the pack's own number, "" if unknown.
@@ -70,6 +71,7 @@ class PackUse:
     capacity_C: float
     capacity_known: bool
     soc_known: bool
+    soc_by_rest: bool
     temperature_known: bool
     cooling_known: bool
     serial: str

@@ -8,6 +8,7 @@ from typing import Any
 import casadi as ca
 import pydantic
 
+from twin.at_rest import open_circuit_V
 from twin.bpx_function import Constant, Expression, ExpressionError, Table
 from twin.cell import Cell, Electrode, Electrolyte, Function, Hysteresis, Separator
 
@@ -289,14 +290,6 @@ def _check_functions(cell: Cell, name: str) -> None:
 
 def _value(function: Function, x: float) -> float:
     return float(ca.evalf(function(ca.SX(x))))
-
-
-def open_circuit_V(cell: Cell, soc: float) -> float:
-    """Open-circuit voltage at rest and reference temperature; soc of the stoichiometry window."""
-    n, p = cell.negative, cell.positive
-    x = n.stoichiometry_min + soc * (n.stoichiometry_max - n.stoichiometry_min)
-    y = p.stoichiometry_max - soc * (p.stoichiometry_max - p.stoichiometry_min)
-    return _value(p.ocp_V, y) - _value(n.ocp_V, x)
 
 
 def _check_window(cell: Cell, name: str) -> None:

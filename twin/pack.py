@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 import numpy as np
 import numpy.typing as npt
 
+from twin.at_rest import OVERFULL, soc_of_others
 from twin.cell import Cell
 from twin.effects import (
     AGEING,
@@ -31,8 +32,6 @@ from twin.parameters import (
 FloatArray = npt.NDArray[np.float64]
 
 OKANE_2022 = Mechanics()
-OVERFULL = 1.1
-"""Most of the window in one cell: a charger sees the pack, and some cells end above their share."""
 
 
 class PackError(ValueError):
@@ -74,6 +73,8 @@ class Pack:
         capacity_C: of the pack; the cell's area, mass and cooling surface are scaled to it. None
             takes the cell as it is.
         initial_soc: state of charge at the start, 0..1 of the cell's stoichiometry window.
+        soc_by_rest: `initial_soc` is by the voltage at rest of the whole pack: beside a weak cell
+            that starts emptier, the others start as much fuller as keeps that voltage.
         initial_K: temperature at the start.
         heat_transfer_W_m2_K: to the air, where it is stated. The pack is warmed by its losses only
             with `SelfHeating`, which has a number of its own; this one is what to expect of it.
@@ -92,6 +93,7 @@ class Pack:
     parallel: int = 1
     capacity_C: float | None = None
     initial_soc: float = 1.0
+    soc_by_rest: bool = False
     initial_K: float = 298.15
     heat_transfer_W_m2_K: float | None = None
     heat_transfer_std_W_m2_K: float | None = None
@@ -168,7 +170,7 @@ class Pack:
         `cell_parameters()`, how they start, and those of the weak cells, the first as
         `weak_cell.capacity_factor`, the second as `weak_cell#2.capacity_factor`, ...
         """
-        start = {"initial_soc": self.initial_soc, "initial_K": self.initial_K}
+        start = {"initial_soc": self._soc_of_others(), "initial_K": self.initial_K}
         for effect in self.effects:
             if isinstance(effect, InitialSoc):
                 start["initial_soc"] += effect.offset
@@ -223,6 +225,12 @@ class Pack:
         free = [place for place in range(1, self.series + 1) if place not in taken]
         taken |= dict(zip(free, anywhere, strict=False))
         return tuple(taken.get(place, 0) for place in range(1, self.series + 1))
+
+    def _soc_of_others(self) -> float:
+        if not self.soc_by_rest:
+            return self.initial_soc
+        offsets = [w.soc_offset for w in self.weak]
+        return soc_of_others(self.cell, self.series, offsets, self.initial_soc)
 
     def _named_weak(self) -> list[tuple[str, WeakCell]]:
         return [(w.id if n == 1 else f"{w.id}#{n}", w) for n, w in enumerate(self.weak, start=1)]

@@ -20,7 +20,7 @@ from scipy.optimize import brentq
 
 from proof.recorded.cooling import WHOLE, cooled, of_mounts
 from proof.recorded.measured import RealTest, recorded_parts, rms_A, wide
-from twin.bpx_file import open_circuit_V
+from twin.at_rest import soc_at_rest
 from twin.bpx_out import write_bpx
 from twin.builtin import load_cell
 from twin.calibrate.answer import answer
@@ -182,22 +182,11 @@ def _heated(pack: Pack, transfer_W_m2_K: float | None) -> Pack:
     return replace(pack, effects=(*pack.effects, heating))
 
 
-def rest_soc(cell: Cell, rest_V: float) -> float:
-    """State of charge, 0 to 1, at which a cell rests at a voltage; the nearer end beyond them."""
-
-    def above_V(soc: float) -> float:
-        return open_circuit_V(cell, soc) - rest_V
-
-    if above_V(1.0) <= 0.0:
-        return 1.0
-    return 0.0 if above_V(0.0) >= 0.0 else float(brentq(above_V, 0.0, 1.0, xtol=1e-6))
-
-
 def start_soc(cell: Cell, test: RealTest, full_soc: float) -> float:
     """By the first voltage of a test, if no current flows yet; else `full_soc`."""
     if abs(test.current_A[0]) > RESTS * np.abs(test.current_A).max():
         return full_soc
-    return rest_soc(cell, float(test.voltage_V[0]))
+    return soc_at_rest(cell, float(test.voltage_V[0]))
 
 
 def _calibrate(given: Given, place: Path) -> None:

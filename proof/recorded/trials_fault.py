@@ -22,7 +22,7 @@ from analyze.replaying import judged_of
 from analyze.start import pack_of
 from proof.question import Question
 from proof.recorded import about_energy, panasonic
-from proof.recorded.base import ROOM_K, rest_soc
+from proof.recorded.base import ROOM_K
 from proof.recorded.blocks import Fitted, Part, Run, fitted
 from proof.recorded.heat_bases import CELLS
 from proof.recorded.measured import FloatArray, NotHere, RealTest, recording
@@ -31,6 +31,7 @@ from proof.simulated.faults import FAULTS, Traces
 from proof.simulated.numbers import true_value
 from proof.trial import NoTrial, Trial
 from proof.truth import Number, Truth
+from twin.at_rest import soc_at_rest
 from twin.calibrate.flight_problem import Known
 from twin.pack import Pack
 
@@ -192,7 +193,9 @@ def driven_nmc(folder: Path) -> Run:
     """The drive cycle; the set that was published for the cell, fitted to its own blocks."""
     cycle = about_energy.read(folder, "nmc", "drive cycle", about_energy.HELD_OUT["drive cycle"])
     pack = about_energy.nmc(folder).baseline
-    return _driven(replace(pack, initial_soc=rest_soc(pack.cell, float(cycle.voltage_V[0]))), cycle)
+    return _driven(
+        replace(pack, initial_soc=soc_at_rest(pack.cell, float(cycle.voltage_V[0]))), cycle
+    )
 
 
 def _driven(pack: Pack, cycle: RealTest) -> Run:

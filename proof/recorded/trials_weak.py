@@ -27,7 +27,6 @@ import numpy as np
 import numpy.typing as npt
 
 from proof.question import Question, Recording
-from proof.recorded.base import rest_soc
 from proof.recorded.heat_bases import CELLS
 from proof.recorded.instruments import by_cycler
 from proof.recorded.leaf_module import PARALLEL, SERIES, Cells, module
@@ -35,6 +34,7 @@ from proof.recorded.measured import NotHere, RealTest, recording
 from proof.recorded.trials_ageing import LOSSES, missed
 from proof.trial import NoTrial, Trial
 from proof.truth import Channel, Truth
+from twin.at_rest import soc_at_rest
 from twin.builtin import load_cell
 from twin.calibrate.flight import NotFitted, fit_flight
 from twin.calibrate.flight_problem import Flown, Known
@@ -81,7 +81,8 @@ def _leaf(folder: Path, cache: Path) -> tuple[Question, Truth]:
         base.pack,
         series=SERIES,
         parallel=PARALLEL,
-        initial_soc=rest_soc(base.pack.cell, float(cells.voltage_V[0]) / SERIES),
+        initial_soc=soc_at_rest(base.pack.cell, float(cells.voltage_V[0]) / SERIES),
+        soc_by_rest=True,
         effects=(
             SeriesResistance(resistance_ohm=base.series_resistance_ohm * SERIES / PARALLEL),
             SelfHeating(heat_transfer_W_m2_K=STILL_AIR_W_m2_K),

@@ -4,13 +4,10 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
-from hypothesis import strategies as st
 
 from analyze.pack_choice import cell_of
-from analyze.start import pack_of, pack_use, rest_voltage, soc_at
+from analyze.start import pack_of, pack_use, rest_voltage
 from tests.reports import example
-from twin.bpx_file import open_circuit_V
 from twin.pack_file import parse_pack_file
 
 CELL, _ = cell_of("lipo_2200")
@@ -64,6 +61,7 @@ def test_the_pack_file_wins_over_the_log_and_every_key_of_it_counts() -> None:
     pack = pack_of(use, CELL)
     assert (pack.series, pack.parallel, pack.capacity_C) == (6, 2, 3.3 * 3600)
     assert (pack.initial_soc, pack.initial_K) == (0.7, 283.15)
+    assert not pack.soc_by_rest
     assert (use.ambient_K, use.heat_transfer_W_m2_K) == (278.15, 20.0)
     assert pack.heat_transfer_std_W_m2_K == 4.0
     assert pack.standard_errors == {"solid_diffusion_positive": {"diffusivity_factor": 0.1}}
@@ -86,17 +84,6 @@ def test_the_heat_transfer_of_the_file_reaches_the_effect() -> None:
     file = FILE.model_copy(update={"twin": FILE.twin.model_copy(update={"physics": None})})
     (heating,) = pack_of(pack_use(example.recording(), file, CELL, builtin=False), CELL).effects
     assert heating.heat_transfer_W_m2_K == 20.0
-
-
-@given(st.floats(0.01, 0.99))
-@settings(max_examples=25, deadline=None)
-def test_a_pack_at_rest_tells_its_charge(soc: float) -> None:
-    assert soc_at(CELL, open_circuit_V(CELL, soc)) == pytest.approx(soc, abs=1e-3)
-
-
-def test_a_voltage_beyond_the_cell_is_a_full_or_an_empty_one() -> None:
-    assert soc_at(CELL, 4.5) == 1.0
-    assert soc_at(CELL, 2.0) == 0.0
 
 
 def recorded(current: np.ndarray, open_V: float, resistance: float):
@@ -126,6 +113,8 @@ def test_a_sensor_that_was_on_before_the_autopilot_does_not_hide_the_rest() -> N
     assert known is not None
     assert known.value == pytest.approx(16.2)
     assert "at rest" in known.origin
+    use = pack_use(example.recording(**joined, resistance_ohm=0.03), None, CELL, builtin=True)
+    assert pack_of(use, CELL).soc_by_rest
 
 
 def test_a_log_that_starts_in_the_air_is_said_to_have_no_rest() -> None:

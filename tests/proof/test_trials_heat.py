@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from proof.recorded import leaf_cell, lg_m50, melasta, panasonic
-from proof.recorded.base import charged_to, rest_soc
+from proof.recorded.base import charged_to
 from proof.recorded.heat_bases import CELLS
 from proof.recorded.heat_list import ENTRIES, Kind
 from proof.recorded.measured import NotHere, RealTest, matlab, recording
@@ -14,7 +14,7 @@ from proof.recorded.thinned import binned, every, spaced, until
 from proof.recorded.trials_heat import EFFECTS, KINDS, heat_trials
 from proof.trial import NoTrial
 from proof.truth import RECORDED
-from twin.bpx_file import open_circuit_V
+from twin.at_rest import open_circuit_V, soc_at_rest
 from twin.builtin import load_cell
 from twin.mismatch import HYPOTHESES
 
@@ -142,7 +142,7 @@ def test_no_voltage_is_told_beside_another_current() -> None:
 @pytest.mark.parametrize("soc", [0.05, 0.5, 1.0])
 def test_the_charge_at_rest_is_found_back(soc: float) -> None:
     cell = load_cell("lg_m50")
-    assert rest_soc(cell, open_circuit_V(cell, soc)) == pytest.approx(soc, abs=1e-5)
+    assert soc_at_rest(cell, open_circuit_V(cell, soc)) == pytest.approx(soc, abs=1e-5)
 
 
 def test_a_cell_charged_higher_rests_there() -> None:
@@ -162,9 +162,9 @@ def test_the_potential_of_the_leaf_falls_as_the_electrode_fills() -> None:
     assert drawn_C[-1] / 3600 == pytest.approx(30.5, abs=0.1)  # of 33 Ah, as the file's counter
     pack = leaf_cell.start_cell(pulses)
     assert open_circuit_V(pack.cell, 1.0) == pytest.approx(leaf_cell.MOST_V, abs=2e-3)
-    at_rest = rest_soc(pack.cell, float(rest_V[0]))  # 4.182 V: not quite full
+    at_rest = soc_at_rest(pack.cell, float(rest_V[0]))  # 4.182 V: not quite full
     assert 0.98 < at_rest < 0.995
-    told_C = (at_rest - rest_soc(pack.cell, float(rest_V[2]))) * pack.capacity_C
+    told_C = (at_rest - soc_at_rest(pack.cell, float(rest_V[2]))) * pack.capacity_C
     assert told_C == pytest.approx(drawn_C[2], rel=0.05)
 
 

@@ -199,6 +199,7 @@ def pack() -> PackUse:
         capacity_known=True,
         cooling_known=False,
         soc_known=True,
+        soc_by_rest=True,
         temperature_known=False,
         serial="77",
         initial_soc=0.95,

@@ -10,7 +10,8 @@ import pytest
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
-from twin.bpx_file import CellError, CellWarning, open_circuit_V, read_bpx
+from twin.at_rest import open_circuit_V
+from twin.bpx_file import CellError, CellWarning, read_bpx
 from twin.bpx_function import Constant, Expression, ExpressionError, Table
 from twin.builtin import builtin_text, load_cell
 from twin.load import Load

@@ -9,7 +9,8 @@ import numpy as np
 import pytest
 
 import twin
-from twin.bpx_file import CellError, open_circuit_V
+from twin.at_rest import open_circuit_V
+from twin.bpx_file import CellError
 from twin.builtin import builtin_names, builtin_text, load_cell
 from twin.constants import FARADAY_C_mol, GAS_J_mol_K
 from twin.effects.self_heating import SelfHeating

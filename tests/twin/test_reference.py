@@ -3,7 +3,7 @@ import pytest
 
 from tests.reference.loads import LOADS, names
 from tests.reference.stored import Reference, simulate_reference
-from twin.bpx_file import open_circuit_V
+from twin.at_rest import open_circuit_V
 from twin.builtin import load_cell
 
 

@@ -7,7 +7,7 @@ import numpy as np
 import numpy.typing as npt
 import pytest
 
-from twin.bpx_file import open_circuit_V
+from twin.at_rest import open_circuit_V
 from twin.builtin import load_cell
 from twin.cell import Cell
 from twin.constants import FARADAY_C_mol

@@ -19,7 +19,7 @@ import numpy as np
 import numpy.typing as npt
 from scipy.optimize import brentq
 
-from twin.bpx_file import open_circuit_V
+from twin.at_rest import OVERFULL, open_circuit_V
 from twin.bumps import Bumped, bump_names
 from twin.calibrate.parameters import (
     ACTIVATIONS,
@@ -31,7 +31,7 @@ from twin.calibrate.parameters import (
     middle_diffusivity_m2_s,
 )
 from twin.constants import FARADAY_C_mol
-from twin.pack import OVERFULL, Pack
+from twin.pack import Pack
 
 FloatArray = npt.NDArray[np.float64]
 Potential = Callable[[float], float]

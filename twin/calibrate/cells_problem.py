@@ -10,13 +10,13 @@ import numpy as np
 import numpy.typing as npt
 from scipy.linalg import helmert
 
+from twin.at_rest import OVERFULL
 from twin.calibrate.objective import Problem
 from twin.calibrate.parameters import RESISTANCE_V, Parameter, Scale
 from twin.calibrate.reference import ReferenceTest
 from twin.calibrate.resample import FLOOR_V, LEAST_NOISE_V, cuts_of, local_means, noise_of
 from twin.calibrate.single_cell import labelled_C
 from twin.effects import WeakCell
-from twin.pack import OVERFULL
 
 FloatArray = npt.NDArray[np.float64]
 

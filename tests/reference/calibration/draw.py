@@ -24,7 +24,7 @@ import casadi as ca
 import numpy as np
 from scipy.optimize import brentq
 
-from twin.bpx_file import open_circuit_V
+from twin.at_rest import open_circuit_V
 from twin.builtin import builtin_text, load_cell
 from twin.cell import Cell, Electrode
 from twin.constants import FARADAY_C_mol

@@ -8,7 +8,7 @@ import numpy.typing as npt
 import pytest
 
 from tests.twin.calibrate.synthetic import cell_pack, measured
-from twin.bpx_file import open_circuit_V
+from twin.at_rest import open_circuit_V
 from twin.calibrate.cell_map import FILLERS, Infeasible
 from twin.calibrate.objective import Problem
 from twin.calibrate.polish import polish

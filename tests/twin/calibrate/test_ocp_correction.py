@@ -11,7 +11,8 @@ import numpy.typing as npt
 import pytest
 
 from tests.twin.calibrate.synthetic import cell_pack, empty_tests, load_of, measured
-from twin.bpx_file import open_circuit_V, read_bpx
+from twin.at_rest import open_circuit_V
+from twin.bpx_file import read_bpx
 from twin.bpx_function import Constant, Expression, Table
 from twin.bpx_out import plus, write_bpx
 from twin.builtin import load_cell

@@ -7,7 +7,7 @@ import numpy.typing as npt
 import pytest
 
 from tests.twin.mismatch.recordings import pack
-from twin.bpx_file import open_circuit_V
+from twin.at_rest import open_circuit_V
 from twin.effects import (
     ActivationEnergies,
     ActiveMaterialLossNegative,

@@ -1,0 +1,69 @@
+"""State of charge by the voltage at rest: of a cell, and of unlike cells in series."""
+
+from collections.abc import Callable, Sequence
+from functools import lru_cache
+from math import isfinite
+
+import casadi as ca
+from scipy.optimize import brentq
+
+from twin.cell import Cell
+
+OVERFULL = 1.1
+"""Most of the window in one cell: a charger sees the pack, and some cells end above their share."""
+PRECISE = 1e-10  # of state of charge: derivatives are taken by differences of 1e-6 and more
+
+
+def open_circuit_V(cell: Cell, soc: float) -> float:
+    """Open-circuit voltage at rest and reference temperature; soc of the stoichiometry window."""
+    return _curve(cell)(soc)
+
+
+def soc_at_rest(cell: Cell, voltage_V: float) -> float:
+    """State of charge, 0 to 1, at which a cell rests at a voltage; the nearer end beyond them."""
+    return _root(lambda soc: open_circuit_V(cell, soc) - voltage_V, 1.0)
+
+
+def soc_of_others(cell: Cell, series: int, offsets: Sequence[float], mean_soc: float) -> float:
+    """Charge of the equal cells of a pack that rests at the voltage of all cells at `mean_soc`.
+
+    Args:
+        cell: all are of this make.
+        series: cells in series.
+        offsets: state of charge of each cell that differs, minus that of the others; it is nowhere
+            below empty or above OVERFULL.
+        mean_soc: by the pack's voltage, 0 to 1.
+
+    Returns:
+        0 to OVERFULL, the nearer end where no such pack rests at that voltage.
+    """
+    if not any(offsets):
+        return mean_soc
+    told_V, equal = series * open_circuit_V(cell, mean_soc), series - len(offsets)
+
+    def beyond_V(soc: float) -> float:
+        unlike = (min(max(soc + offset, 0.0), OVERFULL) for offset in offsets)
+        return (
+            equal * open_circuit_V(cell, soc)
+            + sum(open_circuit_V(cell, own) for own in unlike)
+            - told_V
+        )
+
+    return _root(beyond_V, OVERFULL if isfinite(beyond_V(OVERFULL)) else 1.0)
+
+
+def _root(rising: Callable[[float], float], most: float) -> float:
+    """From 0 to `most`; the nearer end if there is none."""
+    if rising(most) <= 0.0:
+        return most
+    return 0.0 if rising(0.0) >= 0.0 else float(brentq(rising, 0.0, most, xtol=PRECISE))
+
+
+@lru_cache(maxsize=64)
+def _curve(cell: Cell) -> Callable[[float], float]:
+    """Open-circuit voltage [V] of state of charge; made once, since roots ask for it often."""
+    soc, n, p = ca.SX.sym("soc"), cell.negative, cell.positive
+    x = n.stoichiometry_min + soc * (n.stoichiometry_max - n.stoichiometry_min)
+    y = p.stoichiometry_max - soc * (p.stoichiometry_max - p.stoichiometry_min)
+    function = ca.Function("open_circuit", [soc], [p.ocp_V(y) - n.ocp_V(x)])
+    return lambda given: float(function(given))
