@@ -112,8 +112,8 @@ class Base:
 
     @property
     def error_V(self) -> float:
-        """That it states: the largest."""
-        return max(self.errors_V.values())
+        """That it states: the largest, of fitted tests too: others are known no better."""
+        return max((*self.errors_V.values(), *self.fitted_V.values()))
 
     def heated(self, transfer_W_m2_K: float | None = None) -> Pack:
         """With its own losses, cooled as it states if nothing else is said."""

@@ -124,6 +124,17 @@ def test_the_base_is_what_states_the_least_error(monkeypatch: pytest.MonkeyPatch
         assert base.pack.heat_transfer_W_m2_K is None  # no test measured a temperature
 
 
+@pytest.mark.parametrize(("unseen_V", "states_V"), [(0.012, 0.022), (0.03, 0.03)])
+def test_a_base_states_no_less_than_what_it_misses_of_a_test_it_was_fitted_to(
+    unseen_V: float, states_V: float
+) -> None:
+    base = Base(
+        pack=Pack(cell=load_cell("lg_m50")), series_resistance_ohm=0.0, cooling={}, warming_K=0.0,
+        full_soc=1.0, fitted_V={"slow": 0.022, "fast": 0.004}, errors_V={"another": unseen_V},
+    )  # fmt: skip
+    assert base.error_V == states_V
+
+
 def warmed(transfer: float, current_A: float, name: str = "") -> RealTest:
     """A discharge of an LG M50 cooled by so many W/(m2 K), for 12000 C, by its own losses."""
     time_s = np.linspace(0.0, 12000.0 / current_A, 100)
