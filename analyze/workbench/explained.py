@@ -49,7 +49,7 @@ def print_finding(finding: Finding) -> None:
 
 
 def _values(values: Sequence[Value]) -> str:
-    return ", ".join(f"{v.name} {v.value:.4g} ± {v.std:.2g}" for v in values)
+    return ", ".join(f"{v.name} {v.shown:.4g} ± {v.std:.2g}" for v in values)
 
 
 def report_of(

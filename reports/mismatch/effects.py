@@ -62,7 +62,7 @@ def _parameter(v: Value) -> Row:
     shown, factor = unit(v.unit)
     return Row(
         label=sentence(number(v.name))[:-1],
-        value=significant(factor * v.value, 3),
+        value=significant(factor * v.shown, 3),
         sd=significant(factor * v.std, 2),
         unit=shown,
     )

@@ -21,7 +21,7 @@ def clause(effect: str, parameters: Sequence[Value]) -> str:
 
     Of effects with several parts those that are told are named, unless none is.
     """
-    values = {p.name: p.value for p in parameters}
+    values = {p.name: p.shown for p in parameters}
     if effect in OF_PARTS:
         told = {p.name for p in parameters if abs(p.value - nothing(p.name)) > TOLD * p.std}
         values = {key: v for key, v in values.items() if not told or key in told}
@@ -95,10 +95,12 @@ def _warmth(v: Values) -> str:
 
 
 def _resistance(v: Values) -> str:
-    R = v["resistance_ohm"]
+    """All that is in series, also where the twin as configured had some."""
+    if not (R := v["resistance_ohm"]):
+        return "the pack has nothing in series with its cells (tabs, connectors, leads)"
     return (
         f"the pack has {significant(1e3 * abs(R), 2)} mΩ {_more(R, 'more', 'less')} in series "
-        "(tabs, connectors, leads) than the twin"
+        "(tabs, connectors, leads) than its cells"
     )
 
 

@@ -144,6 +144,14 @@ def test_every_hypothesis_has_words_and_an_equation_that_can_be_set(h: Hypothesi
     assert equation(kind.equation, "e") is not None
 
 
+def test_a_number_at_its_bound_is_shown_as_none() -> None:
+    """A fit ends where rounding has it, 2e-23 Ohm; a small one beside a larger error is a size."""
+    at_bound = Value(name="resistance_ohm", value=2e-23, std=6e-4, unit="Ohm")
+    assert at_bound.shown == 0.0
+    assert replace(at_bound, value=6e-5).shown == 6e-5
+    assert "has nothing in series" in clause("series_resistance", [at_bound])
+
+
 def test_an_effect_that_has_no_words_yet_is_named_by_its_id() -> None:
     assert clause("gas_generation", []) == "the twin has no gas generation, the recordings do"
     assert equation(r"\nosuchthing{x}", "e") is None

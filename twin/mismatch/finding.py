@@ -23,6 +23,9 @@ class Verdict(Enum):
     """It is real, and no effect explains it on what was not fitted."""
 
 
+NEGLIGIBLE = 1e-3  # of a standard deviation
+
+
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Value:
     """A number of an effect, with one standard deviation and its unit."""
@@ -31,6 +34,11 @@ class Value:
     value: float
     std: float
     unit: str
+
+    @property
+    def shown(self) -> float:
+        """As it is printed: none where it is far less than its deviation, at a bound of the fit."""
+        return self.value if abs(self.value) > NEGLIGIBLE * self.std else 0.0
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
