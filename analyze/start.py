@@ -50,7 +50,8 @@ def pack_use(
     start = _temperature(measured.temperature_K if measured else None, file)
     ambient = _ambient(file, start)
     rest = rest_voltage(recording) if recording else _first_rest(table, capacity.value)
-    soc = _soc(rest, file, cell, series)
+    stated_soc = file.start.soc if file else None
+    soc = _soc(rest, stated_soc, cell, series)
     transfer = _heat_transfer(file)
     return PackUse(
         name=file.pack.name if file else "",
@@ -63,7 +64,7 @@ def pack_use(
         capacity_C=capacity.value,
         capacity_known=capacity.known,
         soc_known=soc.known,
-        soc_by_rest=rest is not None and not (file and file.start.soc is not None),
+        soc_by_rest=stated_soc is None and rest is not None,
         temperature_known=start.known,
         cooling_known=transfer.known,
         serial=(recording.serial if recording else "") or (file.pack.serial if file else ""),
@@ -150,9 +151,9 @@ def _heat_transfer(file: PackFile | None) -> Known:
     return Known(value=default, origin="not known: the default of the effect", known=False)
 
 
-def _soc(rest: Known | None, file: PackFile | None, cell: Cell, series: int) -> Known:
-    if file and file.start.soc is not None:
-        return Known(value=file.start.soc, origin="pack file")
+def _soc(rest: Known | None, stated: float | None, cell: Cell, series: int) -> Known:
+    if stated is not None:
+        return Known(value=stated, origin="pack file")
     if rest is None:
         return Known(value=1.0, origin="not known: a full pack assumed", known=False)
     one = rest.value / series

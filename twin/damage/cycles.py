@@ -102,7 +102,7 @@ def cycle(
     Raises:
         CannotCycle: the cut-off comes before one period is over, or the charge fails.
     """
-    full = replace(pack, initial_soc=1.0, initial_K=protocol.ambient_K)
+    full = replace(pack, initial_soc=1.0, soc_by_rest=False, initial_K=protocol.ambient_K)
     return _Cycling(full, waveform, protocol, state).all()
 
 
