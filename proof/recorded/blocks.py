@@ -130,7 +130,8 @@ def fitted(run: Run) -> Fitted:
     flown = Flown(load=start.load(run.current_A), voltage_V=run.part(Part.BASE), in_air=run.counted)
     found: FlightFit | NotFitted = fit_flight(run.pack, flown, run.known)
     if isinstance(found, FlightFit):
-        start = replace(start, pack=one_resistance(found.pack), ambient_K=found.ambient_K)
+        own = replace(one_resistance(found.pack), soc_by_rest=False)  # it starts as it was fitted
+        start = replace(start, pack=own, ambient_K=found.ambient_K)
     return _aligned(start)
 
 

@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from proof.recorded.blocks import Part, Run, one_resistance
+from proof.recorded.blocks import Part, Run, fitted, one_resistance
 from proof.recorded.trials_fault import LABORATORY, LIST, Fault, fault_trials, faulty, number
 from proof.trial import NoTrial
 from twin.builtin import load_cell
@@ -17,7 +17,9 @@ from twin.effects import (
     SensorLag,
     SeriesResistance,
 )
+from twin.load import Load
 from twin.pack import Pack
+from twin.simulate import simulate
 
 UNDO = {
     "current_gain": lambda v: CurrentGain(gain=v),
@@ -62,6 +64,21 @@ def test_a_recording_has_the_voltage_of_its_own_part_alone() -> None:
     given = flown.recording(Part.FITTED, "first", flown.current_A)
     other = np.isfinite(flown.part(Part.BASE)) | np.isfinite(flown.part(Part.FLOOR))
     assert np.isnan(given.voltage_V[other]).all()
+
+
+def test_the_start_that_was_fitted_is_the_one_that_is_told() -> None:
+    """A pack that is told its charge by its voltage at rest would be told another one."""
+    bare = run()
+    truth = replace(bare.pack, initial_soc=0.9)
+    load = Load(time_s=bare.time_s, current_A=bare.current_A)
+    told = replace(truth, initial_soc=0.93, soc_by_rest=True)
+    own = replace(
+        bare, pack=told, voltage_V=simulate(truth, load).require().voltage_V,
+        known=replace(LABORATORY, soc=False),
+    )  # fmt: skip
+    base = fitted(own).pack
+    assert not base.soc_by_rest
+    assert base.initial_soc == pytest.approx(0.9, abs=2e-3)
 
 
 def test_resistances_become_one() -> None:

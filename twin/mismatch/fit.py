@@ -153,11 +153,11 @@ class Fitted:
 
     def rms_V(self) -> float:
         """Recorded minus simulated, judged samples of the fitted recordings."""
-        return self.problem.rms_V(self.q)
+        return self.there.rms_V
 
     def held_out_rms_V(self) -> float:
         """The same of the held-out ones."""
-        return self.judge.rms_V(self.ahead_q)
+        return self.ahead.rms_V
 
     @property
     def ahead_q(self) -> FloatArray:

@@ -44,10 +44,12 @@ class Evidence:
     Attributes:
         residuals: (m,) unit variance if nothing is left out.
         slopes: (m, k) their derivative by the coordinates.
+        rms_V: recorded minus simulated there, samples that count.
     """
 
     residuals: FloatArray
     slopes: FloatArray
+    rms_V: float
 
 
 class Problem:
@@ -200,8 +202,12 @@ class Problem:
 
     def rms_V(self, q: FloatArray) -> float:
         """Recorded minus simulated, samples that count."""
-        rows = parallel(lambda k: self.residual_V(q, k)[self.judged(k)], range(len(self.flights)))
-        return float(np.sqrt(np.mean(np.concatenate(rows) ** 2)))
+        return self._rms_V(parallel(lambda k: self.residual_V(q, k), range(len(self.flights))))
+
+    def _rms_V(self, residuals_V: Sequence[FloatArray]) -> float:
+        """Of all samples that count, one (n,) a recording."""
+        counted = [r[self.judged(k)] for k, r in enumerate(residuals_V)]
+        return float(np.sqrt(np.mean(np.concatenate(counted) ** 2)))
 
     def whitened(self, q: FloatArray, flight: int) -> FloatArray:
         """(m,) of one recording."""
@@ -240,7 +246,8 @@ class Problem:
                 whole[:, own] = white[:, 1:]
                 rows.append(white[:, 0])
                 slopes.append(whole)
-        return Evidence(np.concatenate(rows), np.vstack(slopes))
+        rms_V = self._rms_V([done[flight, -1][0] for flight in range(len(self.flights))])
+        return Evidence(np.concatenate(rows), np.vstack(slopes), rms_V)
 
     def linearised(self, q: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Residuals, those of the prior included, and their derivative."""

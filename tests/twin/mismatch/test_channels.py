@@ -99,6 +99,7 @@ def test_slopes_of_channels_are_those_of_their_residuals() -> None:
     q = problem.starts()[0]
     there = problem.evidence(q)
     assert there.residuals == pytest.approx(problem.whitened(q, 0))
+    assert there.rms_V == problem.rms_V(q)
     step = np.zeros(problem.size)
     step[0] = 1e-3
     far = (problem.whitened(q + step, 0) - there.residuals) / 1e-3
