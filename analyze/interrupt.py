@@ -39,9 +39,22 @@ def held() -> Iterator[None]:
 
 @contextmanager
 def remembered() -> Iterator[Asked]:
-    """Ctrl-C is heard at once, as ever, and can be asked for where the exception was lost."""
-    with _noted(_interrupt) as asked:
-        yield asked
+    """Ctrl-C is heard at once, as ever, and can be asked for where the exception was lost.
+
+    In a finaliser it always is: Python prints it there and goes on, here without printing it.
+    """
+    before = sys.unraisablehook
+
+    def unraisable(lost: "sys.UnraisableHookArgs") -> None:
+        if lost.exc_type is not KeyboardInterrupt:
+            before(lost)
+
+    sys.unraisablehook = unraisable
+    try:
+        with _noted(_interrupt) as asked:
+            yield asked
+    finally:
+        sys.unraisablehook = before
 
 
 @contextmanager

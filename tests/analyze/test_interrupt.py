@@ -1,6 +1,7 @@
 """Ctrl-C: put off, remembered, or a request."""
 
 import signal
+import sys
 
 import pytest
 
@@ -26,6 +27,29 @@ def test_what_is_remembered_is_heard_at_once_and_known_later() -> None:
         with pytest.raises(KeyboardInterrupt):
             signal.raise_signal(signal.SIGINT)
         assert interrupted()
+
+
+def test_what_a_finaliser_loses_is_known_and_not_reported() -> None:
+    """The garbage collector runs those of other people's code at any moment."""
+
+    class Interrupted:
+        def __del__(self) -> None:
+            signal.raise_signal(signal.SIGINT)
+
+    class Broken:
+        def __del__(self) -> None:
+            raise ValueError
+
+    told: list[type[BaseException]] = []
+    before, sys.unraisablehook = sys.unraisablehook, lambda lost: told.append(lost.exc_type)
+    try:
+        with remembered() as interrupted:
+            Interrupted()
+            assert interrupted()
+            Broken()
+    finally:
+        sys.unraisablehook = before
+    assert told == [ValueError]
 
 
 def test_a_program_started_deaf_to_ctrl_c_stays_so() -> None:
