@@ -13,6 +13,7 @@ import casadi as ca
 
 from twin.chain_rule import instructions
 from twin.kernel import c_of
+from twin.tangent import NAME
 
 LANES = 4
 """As many doubles as AVX2 holds. Eight take 1.6 times as long as four on such a processor."""
@@ -30,14 +31,14 @@ typedef long long words __attribute__((vector_size({8 * LANES})));
 STEP = """
 static int %(name)s(const casadi_real** arg, casadi_real** res, casadi_int* iw, casadi_real* w,
                     int mem) {
-  /* behind the six inputs and the two outputs is scratch, which what is shared may use */
-  const casadi_real **in = arg + 6, *d_state = arg[0] + %(state)d;
+  /* behind the seven inputs and the two outputs is scratch, which what is shared may use */
+  const casadi_real **in = arg + 7, *d_state = arg[0] + %(state)d;
   casadi_real known[%(known)d], **out = res + 2, *d_after = res[0] + %(state)d;
   in[0] = arg[1]; in[1] = arg[0]; in[2] = arg[2]; in[3] = arg[3];
   out[0] = known;
   if (shared(in, out, iw, w, mem)) return 1;
   for (casadi_int i = 0; i < %(state)d; ++i) res[0][i] = arg[1][i];
-  for (casadi_int k = 0; k < %(directions)d; k += %(lanes)d)
+  for (casadi_int k = 0; k < *arg[6]; k += %(lanes)d)
     along(known, d_state + k * %(state)d, arg[4] + k * %(drive)d, arg[5] + k * %(p)d,
           d_after + k * %(state)d, res[1] + k * %(shown)d);
   return 0;
@@ -45,13 +46,13 @@ static int %(name)s(const casadi_real** arg, casadi_real** res, casadi_int* iw, 
 """
 
 
-def source(step: ca.Function, shared: ca.Function, along: ca.Function, directions: int) -> str:
-    """C of `tangent_step` along so many directions, whole LANES."""
+def source(shared: ca.Function, along: ca.Function) -> str:
+    """C of `tangent_step` along as many directions as its last input says, whole LANES."""
     sizes = {
         "known": along.numel_in(0), "state": along.numel_in(1), "drive": along.numel_in(2),
         "p": along.numel_in(3), "shown": along.numel_out(1),
     }  # fmt: skip
-    own = STEP % {"name": step.name(), "directions": directions, "lanes": LANES, **sizes}
+    own = STEP % {"name": NAME, "lanes": LANES, **sizes}
     return c_of(shared) + HEAD + _along(along) + own
 
 

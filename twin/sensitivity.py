@@ -8,6 +8,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import lru_cache, partial
 
+import casadi as ca
 import numpy as np
 import numpy.typing as npt
 
@@ -26,9 +27,9 @@ from twin.tangent import Tangent, tangent_step
 
 FloatArray = npt.NDArray[np.float64]
 
-DIRECTIONS = (1, 4, 16)
-"""Parameters that a kernel takes at once, those that are not asked for being idle: what they share
-costs as much as two or three (benchmarks/sensitivity.py), and each kernel is compiled once."""
+DIRECTIONS = 16
+"""Parameters that are taken at once, at most: what they share costs as much as two or three
+(benchmarks/sensitivity.py). They go in whole LANES, those that are not asked for being idle."""
 DIFFERENCE = 1e-5
 """Relative, of the central difference of starting state and kernel's parameters by a number. Those
 are products and quotients of the numbers, so that it is right to 1e-10."""
@@ -87,8 +88,8 @@ def sensitivity_of(
     solution = solution_of(run, pack, load)
     done = sum(rows.shape[1] for rows in run.rows)
     parts = [
-        _carry(run, whole, tuple(names[i : i + DIRECTIONS[-1]]), backend)
-        for i in range(0, len(names), DIRECTIONS[-1])
+        _carry(run, whole, tuple(names[i : i + DIRECTIONS]), backend)
+        for i in range(0, len(names), DIRECTIONS)
     ]
     at = _last_steps(run)[sample_ends(run.pieces, done)]
     voltage, temperature = (
@@ -119,10 +120,17 @@ def _last_steps(run: Run) -> npt.NDArray[np.int64]:
 
 @lru_cache(maxsize=16)
 def _built(model: StepModel, directions: int, backend: Backend) -> Kernel:
-    both = Tangent(model).split()
-    function = tangent_step(*both, directions)
-    in_lanes = partial(lanes.source, function, *both, directions)
-    return kernel(function, backend, None if directions % lanes.LANES else in_lanes)
+    return kernel(tangent_step(*_parts(model), directions), backend, partial(_code, model))
+
+
+@lru_cache(maxsize=16)
+def _parts(model: StepModel) -> tuple[ca.Function, ca.Function]:
+    return Tangent(model).split()
+
+
+@lru_cache(maxsize=16)
+def _code(model: StepModel) -> str:
+    return lanes.source(*_parts(model))
 
 
 def _carry(
@@ -143,11 +151,11 @@ def _carry_kind(
     backend: Backend,
 ) -> FloatArray:  # fmt: skip
     """(2, steps, k) of one kind of cell, whose first state (k, states) and p (k, p) change."""
-    k = next(size for size in DIRECTIONS if size >= len(names))
+    k = lanes.LANES * -(-len(names) // lanes.LANES)
     with SYMBOLS:
         many = _built(run.model.cell, k, backend)
     state, drive, p = (_filled(rows, k) for rows in (change[0], _unit(names), change[1]))
-    fixed = [vector(run.kinds[kind].values), drive.ravel(), p.ravel()]
+    fixed = [vector(run.kinds[kind].values), drive.ravel(), p.ravel(), np.array([float(k)])]
     carried = np.concatenate([run.model.states(run.initial)[kind], state.ravel()])
     out = [np.zeros((0, 2 * k))]
     for taken in run.taken or []:

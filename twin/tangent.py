@@ -20,6 +20,7 @@ from twin.stages import Unknown
 from twin.step import StepModel
 
 SHOWN = ("voltage_V", "temperature_K")
+NAME = "tangent"  # of the step, in C too
 
 
 @dataclass(frozen=True, slots=True)
@@ -46,10 +47,11 @@ class Equations:
 
 
 def tangent_step(shared: ca.Function, along: ca.Function, directions: int) -> ca.Function:
-    """((state, dstate), state after, drive, p, ddrive, dp) -> (carried, shown), of `Tangent.split`.
+    """((state, dstate), after, drive, p, ddrive, dp, directions) -> (carried, shown).
 
-    All d have one column per direction, those of dstate one after the other behind the state;
-    `shown` is the change of SHOWN, direction by direction.
+    Of `Tangent.split`. All d have one column per direction, those of dstate one after the other
+    behind the state; `shown` is the change of SHOWN, direction by direction. How many directions
+    there are is told for the C code's sake (`lanes.py`), which is the same for any number.
     """
     size, *sizes = (along.numel_in(k) for k in (1, 2, 3))
     carried, after = ca.MX.sym("carried", size * (1 + directions)), ca.MX.sym("after", size)
@@ -60,7 +62,7 @@ def tangent_step(shared: ca.Function, along: ca.Function, directions: int) -> ca
     dy = zip(dstates, *map(ca.horzsplit, changes), strict=True)
     out = [along(known, *own) for own in dy]
     whole = [ca.vertcat(after, *(o[0] for o in out)), ca.vertcat(*(o[1] for o in out))]
-    return ca.Function("tangent", [carried, after, *given, *changes], whole)
+    return ca.Function(NAME, [carried, after, *given, *changes, ca.MX.sym("directions")], whole)
 
 
 @dataclass(frozen=True, slots=True)
