@@ -62,8 +62,11 @@ class Load:
                 f"time_s[{stuck[0] + 1}] does not exceed the one before ({stuck.size} such steps)"
             )
 
-    def refined(self, longest_s: float) -> "Load":
-        """The same current over the same time, with samples added where they lie further apart."""
+    def refined(self, longest_s: float | FloatArray) -> "Load":
+        """The same current over the same time, with samples added where they lie further apart.
+
+        `longest_s` is one for all intervals, or (n - 1,).
+        """
         dt = np.diff(self.time_s)
         parts = np.maximum(np.ceil(dt / longest_s - 1e-9), 1).astype(int)
         first = np.repeat(np.cumsum(parts) - parts, parts)

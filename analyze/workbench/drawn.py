@@ -25,7 +25,8 @@ from reports.quantity import ampere_hours, celsius, fixed
 from segment import Segment, cut
 from twin.bpx_file import CellError
 from twin.constants import ZERO_CELSIUS_K
-from twin.load import MAX_STEP_S, Between, Load, LoadError
+from twin.graded import graded
+from twin.load import Between, Load, LoadError
 from twin.load_csv import LoadTable, read_load_csv
 from twin.pack import Pack, PackError
 from twin.protocol import ProtocolError
@@ -54,8 +55,8 @@ class Drawn:
 
     Attributes:
         name: of the file.
-        load: no two samples further apart than a step of the kernel, so that least voltage and
-            energy are known well where the file is sparse.
+        load: with samples added where the file is sparse (`graded`), so that least voltage and
+            energy are known well.
         recorded_V: (n,) at its times, NaN where there is none.
         judged: (n,) bool, the samples that count in the error.
         pack: as it starts.
@@ -159,8 +160,8 @@ def _without(table: LoadTable, concealed: frozenset[Channel]) -> LoadTable:
 
 
 def _refined(drawn: Drawn) -> Drawn:
-    """With samples added where they lie further apart than a step of the kernel."""
-    fine = drawn.load.refined(MAX_STEP_S)
+    """With samples added where they lie further apart than a step may be long."""
+    fine = graded(drawn.load, drawn.pack.rated_C)
     where = np.searchsorted(fine.time_s, drawn.load.time_s)
     judged = np.zeros(fine.time_s.shape, dtype=bool)
     judged[where] = drawn.judged

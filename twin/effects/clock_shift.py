@@ -47,7 +47,7 @@ class ClockShift:
         known = _within(at_s, time_s)
         late = straight_matrix(time_s, at_s)
         seen = sparse.diags_array(known) @ late
-        likely_A = likeliest(seen, one, known * recorded_A, recorded_A)
+        likely_A = likeliest(seen, one, known * recorded_A, recorded_A, time_s)
         return np.asarray(likely_A + earlier(recorded_A - late @ likely_A))
 
 

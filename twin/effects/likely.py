@@ -18,8 +18,9 @@ taken for a change of the current."""
 
 
 def likeliest(
-    seen: sparse.csc_array, flowed: sparse.csc_array, recorded_A: FloatArray, near_A: FloatArray
-) -> FloatArray:
+    seen: sparse.csc_array, flowed: sparse.csc_array, recorded_A: FloatArray, near_A: FloatArray,
+    time_s: FloatArray,
+) -> FloatArray:  # fmt: skip
     """(n,) the current: `flowed` z, of the likeliest z, the current's increments being normal.
 
     z is that of least |seen z - recorded|^2 / SENSOR_A^2 + |increments of flowed z|^2 / v.
@@ -28,10 +29,13 @@ def likeliest(
         seen: (n, n) z -> what the instrument records of it.
         flowed: (n, n) z -> current.
         recorded_A: (n,)
-        near_A: (n,) a current whose increments are about as large: v is their mean square.
+        near_A: (n,) a current whose increments are about as large: v is their mean square, as if
+            it were sampled all the time as often as in the quarter with the densest samples.
+        time_s: (n,)
     """
     changes = flowed[1:] - flowed[:-1]
-    weight = SENSOR_A**2 / float(np.mean(np.diff(near_A) ** 2))
+    steps = float(np.ptp(time_s) / np.quantile(np.diff(time_s), 0.25))
+    weight = SENSOR_A**2 * steps / float(np.sum(np.diff(near_A) ** 2))
     normal = (seen.T @ seen + weight * (changes.T @ changes)).tocoo()
     reach = int(np.max(normal.row - normal.col))
     bands = np.stack([np.pad(normal.diagonal(-k), (0, k)) for k in range(reach + 1)])

@@ -40,7 +40,9 @@ class SensorLag:
         one = sparse.csc_array(sparse.eye_array(time_s.size))
         near_A = recorded_A + self.lag_s * (slope_matrix(time_s, 2) @ recorded_A)
         unlagged = one + self.lag_s * slope_matrix(time_s, WIDTH - 1)
-        likely_A, same_A = (likeliest(one, of, recorded_A, near_A) for of in (unlagged, one))
+        likely_A, same_A = (
+            likeliest(one, of, recorded_A, near_A, time_s) for of in (unlagged, one)
+        )
         return recorded_A + likely_A - same_A
 
 

@@ -4,7 +4,6 @@ from collections.abc import Mapping
 
 import numpy as np
 import numpy.typing as npt
-from scipy.signal import lfilter
 
 from twin.load import Load
 from twin.solution import Solution
@@ -40,8 +39,9 @@ def quantities(load: Load, solution: Solution) -> Mapping[str, FloatArray]:
 
 
 def remembered(time_s: FloatArray, values: FloatArray, memory_s: float) -> FloatArray:
-    """(n,) exponential mean of what was so far, from zero; samples about evenly apart."""
-    if values.size < 2:
-        return np.zeros(values.size)
-    keep = float(np.exp(-np.median(np.diff(time_s)) / memory_s))
-    return np.asarray(lfilter([1.0 - keep], [1.0, -keep], values), dtype=float)
+    """(n,) exponential mean of what was so far, from zero; a sample holds since the one before."""
+    out = np.zeros(values.size)
+    kept = np.exp(-np.diff(time_s) / memory_s)
+    for k, keep in enumerate(kept, start=1):
+        out[k] = keep * out[k - 1] + (1.0 - keep) * values[k]
+    return out
