@@ -48,4 +48,4 @@ def _from_a_change_s(load: Load, least_A: float) -> FloatArray:
     next_one = np.searchsorted(changes, np.arange(t.size - 1))
     since_s = t[:-1] - np.append(t[0], t[changes + 1])[next_one]  # it begins with one
     until_s = np.append(t[changes], np.inf)[next_one] - t[1:]
-    return np.maximum(np.minimum(since_s, until_s), 0.0)
+    return np.asarray(np.maximum(np.minimum(since_s, until_s), 0.0))
