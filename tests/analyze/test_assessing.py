@@ -55,7 +55,6 @@ def test_without_a_motion_the_reason_is_told() -> None:
     assert "No motion lasted long enough" in why
 
 
-@pytest.mark.slow
 def test_a_pack_far_too_small_is_said_to_be_so() -> None:
     small = replace(PACK, capacity_C=0.02 * 3600)
     found, why = damage_of(

@@ -34,14 +34,12 @@ def test_one_after_the_other_keeps_the_order_and_goes_on_after_each_failure(tmp_
     assert [o.failure.code for o in found] == ["not_a_log"] * 3 + ["file_not_found_error"]
 
 
-@pytest.mark.slow
 def test_workers_give_the_same_outcomes(tmp_path) -> None:
     alone = outcomes(jobs(tmp_path), workers=1, scheduler=None)
     shared = outcomes(jobs(tmp_path), workers=2, scheduler=None)
     assert told(list(shared)) == told(list(alone))
 
 
-@pytest.mark.slow
 def test_the_workers_of_a_running_scheduler_are_used(tmp_path) -> None:
     from distributed import LocalCluster
 
@@ -53,7 +51,6 @@ def test_the_workers_of_a_running_scheduler_are_used(tmp_path) -> None:
     assert told(shared) == told(list(alone))
 
 
-@pytest.mark.slow
 def test_leaving_early_stops_the_workers(tmp_path) -> None:
     running = outcomes(jobs(tmp_path), workers=2, scheduler=None)
     next(running)
@@ -61,7 +58,6 @@ def test_leaving_early_stops_the_workers(tmp_path) -> None:
     assert list(running) == []
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("arguments", [[], ["--jobs", "2"]])
 def test_ctrl_c_ends_the_command_and_its_workers_with_nothing_half_written(
     tmp_path: Path, arguments: list[str]

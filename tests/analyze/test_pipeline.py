@@ -20,7 +20,6 @@ from tests.reports import example
 from twin.solution import Status
 
 PACK = '[pack]\nname = "mine"\ncell = "lipo_2200"\nseries = 4\n'
-pytestmark = pytest.mark.slow
 
 
 class Readers:

@@ -41,7 +41,6 @@ def test_a_few_late_samples_are_no_gap() -> None:
     assert not gap_steps(np.delete(t, [80, 81])).any()
 
 
-@pytest.mark.slow
 def test_the_replay_draws_the_recorded_charge_and_is_judged_in_flight() -> None:
     recording = example.recording()
     use = pack_use(recording, None, CELL, builtin=True)

@@ -17,7 +17,6 @@ REAL = Path(__file__).parents[2] / ".." / "shared" / "flights"
 LOGS = ("light.ulg", "s500.ulg", "s500_ardupilot.bin", "s500_telemetry.tlog")
 STEMS = [name.partition(".")[0] for name in LOGS]
 TIME_TAKEN = re.compile(r'("seconds":) [\d.]+|<th scope="row">Time taken</th><td>[\d.]+')
-pytestmark = pytest.mark.slow
 
 
 @pytest.fixture(scope="module")

@@ -260,7 +260,6 @@ def test_the_cycle_at_an_interrupt_is_finished_and_written(
     assert len(state["cycles"]) == whole + 1
 
 
-@pytest.mark.slow
 @pytest.mark.skipif(os.name != "posix", reason="signals of POSIX")
 def test_ctrl_c_keeps_the_whole_cycles(tmp_path: Path) -> None:
     """From outside, wherever it meets the program, and twice over the same folder."""

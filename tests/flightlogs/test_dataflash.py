@@ -287,7 +287,6 @@ def test_columns_agree_with_pymavlinks_reader(tmp_path) -> None:
             np.testing.assert_array_equal(values, [row[label] for row in rows])
 
 
-@pytest.mark.slow
 def test_ten_megabytes_are_read_in_a_few_seconds() -> None:
     t = np.arange(0, 1800, 0.05)
     pack = PackTrace(time_s=t, voltage_V=15 + 0 * t, current_A=10 + 0 * t, charge_C=10 * t)

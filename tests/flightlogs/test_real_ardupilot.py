@@ -229,7 +229,6 @@ def test_a_fall_at_the_end_is_seen() -> None:
     assert down.max() == pytest.approx(13, abs=0.5)
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize(
     "path",
     [s.path for s in CATALOGUE if s.path.lower().endswith(".bin")][:3],

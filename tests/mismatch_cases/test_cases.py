@@ -56,7 +56,6 @@ def spec_of(*truth: str, strength: str = "3x", variant: str = "plain") -> Spec:
     )  # fmt: skip
 
 
-@pytest.mark.slow
 def test_twin_and_truth_agree_where_nothing_was_put_in(hop: TrueFlight, solves: Solves) -> None:
     case = make_case(spec_of(strength="none"), [hop, hop], solves)
     assert max(case.missed_V) < 1e-3
@@ -69,7 +68,6 @@ def test_twin_and_truth_agree_where_nothing_was_put_in(hop: TrueFlight, solves: 
     assert np.all(first.voltage_V != second.voltage_V)  # noise of its own
 
 
-@pytest.mark.slow
 def test_a_case_has_the_strength_it_says_and_comes_back_from_its_file(
     hop: TrueFlight, solves: Solves, tmp_path: Path
 ) -> None:
@@ -133,7 +131,6 @@ def test_every_effect_but_heat_changes_what_it_may(id_: str) -> None:
         assert pack.cells.heat_transfer_W_m2_K is None
 
 
-@pytest.mark.slow
 def test_a_cell_with_heat_warms_and_gives_more(hop: TrueFlight, solves: Solves) -> None:
     plain = PackTruth.of(LIPO[0])
     cold = fly(plain, hop, solves)
@@ -194,14 +191,12 @@ def test_sizes_are_found_where_they_exist_and_only_there() -> None:
     assert found(f, 1e3, 1.0, (1e-3, 4.0)) is None
 
 
-@pytest.mark.slow
 def test_what_a_cell_cannot_be_is_out_of_reach(hop: TrueFlight, solves: Solves) -> None:
     empty = ALL["initial_soc"].make(PackTruth.of(LIPO[0]), 0.97, 0)
     with pytest.raises(OutOfReachError, match="lipo_2200"):
         fly(empty, hop, solves)
 
 
-@pytest.mark.slow
 def test_variants_spoil_the_recording_and_not_the_truth(hop: TrueFlight, solves: Solves) -> None:
     plain, slow, coarse = (
         make_case(spec_of(strength="none", variant=v), [hop], solves).recordings[0]

@@ -31,7 +31,6 @@ def few(_seed: int, _count: int, _solves: Path) -> tuple[Trial, ...]:
     )
 
 
-@pytest.mark.slow
 def test_files_a_line_a_trial_and_a_check(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(command, "NEEDED", ("cryptography",))
     monkeypatch.setattr(command, "simulated", few)

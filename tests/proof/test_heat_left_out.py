@@ -21,7 +21,6 @@ BARE = CellTruth(
 )
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize(
     ("truth", "effect"),
     [

@@ -227,7 +227,6 @@ def test_sizes_are_judged_in_stated_deviations() -> None:
     assert there(sizes(proof([missed]))).tables[0].rows[0][-2].text == "not named"
 
 
-@pytest.mark.slow
 def test_channels_are_drawn_up_to_a_number_and_all_listed() -> None:
     warm = recorded()[1]
     many = tuple(opened(f"r{k}", "temperature", (5.0, 0.1 * k)) for k in range(MOST_DRAWN + 3))

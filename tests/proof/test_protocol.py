@@ -76,7 +76,6 @@ def proven(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, Results]:
         return folder, prove(every, folder, jobs=1, watch=watch())
 
 
-@pytest.mark.slow
 def test_every_verdict_is_written_before_any_truth_is_opened(proven: tuple[Path, Results]) -> None:
     folder, _ = proven
     entries = read_ledger((folder / LEDGER).read_text())
@@ -84,7 +83,6 @@ def test_every_verdict_is_written_before_any_truth_is_opened(proven: tuple[Path,
     assert broken(folder) == (2, [])
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("file", [f"{WRITTEN}/{VERDICT}", TRUTH, SEALED, f"{QUESTION}/pack.toml"])
 def test_a_file_that_is_changed_afterwards_is_found(
     proven: tuple[Path, Results], file: str, tmp_path: Path
@@ -100,7 +98,6 @@ def test_a_file_that_is_changed_afterwards_is_found(
     assert any("missing" in text or QUESTION in text for text in broken(copy)[1])
 
 
-@pytest.mark.slow
 def test_outcomes_numbers_and_channels_of_what_was_opened(proven: tuple[Path, Results]) -> None:
     done, left, _ = proven[1]
     assert [(j.name, j.outcome) for j in done] == [
@@ -120,7 +117,6 @@ def test_outcomes_numbers_and_channels_of_what_was_opened(proven: tuple[Path, Re
     ]
 
 
-@pytest.mark.slow
 def test_the_judge_itself_names_it(tmp_path: Path) -> None:
     question = trials.asked(trials.OHM)
     files = tmp_path / QUESTION
@@ -192,7 +188,6 @@ def test_who_looks_on_is_not_told_of_what_was_cancelled(tmp_path: Path) -> None:
     assert seen == [(1, 3)]
 
 
-@pytest.mark.slow
 def test_of_an_earlier_run_in_the_same_folder_nothing_is_left(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -25,7 +25,6 @@ BROWSER = next(
     None,
 )
 pytestmark = [
-    pytest.mark.slow,
     pytest.mark.skipif(BROWSER is None, reason="no Chromium in the path"),
 ]
 PROBE = """<script>

@@ -19,7 +19,6 @@ from reports.sections.damage import damage
 from tests.reports import example
 from twin.damage import Part
 
-pytestmark = pytest.mark.slow
 SCHEMA = json.loads((resources.files("reports") / "result.schema.json").read_text("utf-8"))
 MEASURES = {"lithium", "negative", "positive", "sei", "sei_on_cracks", "plating", "total"}
 

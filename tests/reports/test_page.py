@@ -92,7 +92,6 @@ def test_a_log_name_that_looks_like_a_template_is_not_run() -> None:
     assert "{{ 7 * 7 }}" in page(name="{{ 7 * 7 }}")
 
 
-@pytest.mark.slow
 def test_the_page_of_a_long_flight_stays_small() -> None:
     """An hour at 10 Hz, noisy, which is the worst for drawings."""
     t = np.arange(0.0, 3600.0, 0.1)

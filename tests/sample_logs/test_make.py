@@ -32,14 +32,12 @@ def truth(name):
     return json.loads((FOLDER / name).with_suffix(".truth.json").read_text())
 
 
-@pytest.mark.slow
 def test_the_script_makes_equal_bytes_every_time(tmp_path):
     for name in ("one.ulg", "two.ulg"):
         ulog(fly_sample(SAMPLES[1]), tmp_path / name)
     assert (tmp_path / "one.ulg").read_bytes() == (tmp_path / "two.ulg").read_bytes()
 
 
-@pytest.mark.slow
 def test_the_committed_files_are_those_the_script_makes(tmp_path):
     """To a count of each instrument: another processor may round a last bit the other way."""
     make(tmp_path)

@@ -377,7 +377,6 @@ def with_tables(n: int) -> str:
     return json.dumps(doc)
 
 
-@pytest.mark.slow
 def test_a_cell_of_tables_runs_like_the_one_of_expressions() -> None:
     load = Load(time_s=np.arange(0.0, 300.0), current_A=np.full(300, 10.0))
     exact, tabled = (

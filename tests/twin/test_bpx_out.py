@@ -42,7 +42,6 @@ def test_a_function_of_another_kind_is_refused() -> None:
         write_bpx(odd, description="")
 
 
-@pytest.mark.slow
 def test_the_file_loads_elsewhere(tmp_path: Path) -> None:
     file = tmp_path / "cell.bpx.json"
     file.write_text(write_bpx(load_cell("lg_m50"), description="a test"), encoding="utf-8")

@@ -94,7 +94,6 @@ def test_both_electrodes_hold_the_same_charge_and_more_than_the_nominal(name: st
 
 
 @pytest.mark.parametrize("name", builtin_names())
-@pytest.mark.slow
 def test_pybamm_reads_the_same_cell_from_the_same_file(name: str) -> None:
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")

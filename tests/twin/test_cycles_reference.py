@@ -21,7 +21,6 @@ CASES = [
 ]
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize(("load", "effects", "how"), CASES)
 def test_what_cycles_take_agrees_with_pybamm_within_a_percent(
     load: str, effects: str, how: How

@@ -201,7 +201,6 @@ def test_the_corrected_cell_rests_as_the_true_one_does() -> None:
     assert np.std(off_V) < 0.5 * np.std(plain_V)
 
 
-@pytest.mark.slow
 def test_other_tools_read_the_same_potential(tmp_path: Path) -> None:
     cell, heights = bumped(load_cell("lipo_2200"))
     after = settled(cell, heights)

@@ -29,7 +29,6 @@ from twin.effects import AGEING, ActiveMaterialLoss, Sei, SelfHeating, WeakCell
 from twin.pack import Pack
 from twin.protocol import ConstantCurrent, Rest, charge_cc_cv, run
 
-pytestmark = pytest.mark.slow
 SAMPLE_S = 0.5
 T = np.arange(0.0, 30.0, SAMPLE_S)
 CLIMBS = Waveform(

@@ -41,7 +41,6 @@ from twin.pack import Pack
 from twin.simulate import simulate
 from twin.solution import Status
 
-pytestmark = pytest.mark.slow
 SAMPLE_S = 0.25
 LEGS = (("hover", 25.0, 15.0, 0.3), ("vertical", 20.0, 17.0, 6.0), ("horizontal", 30.0, 16.0, 1.5))
 
