@@ -2,8 +2,9 @@
 VENV ?= .venv
 PYTHON ?= python3
 BIN := $(VENV)/bin
+PYTEST = $(BIN)/python -m pytest --numprocesses auto --dist loadfile
 
-.PHONY: demo paper proof test lint clean
+.PHONY: demo paper proof test test-long lint clean
 
 demo: $(VENV)/.installed  ## analyse the sample flights into ./analysis
 	$(BIN)/analyze sample_logs --out analysis
@@ -14,8 +15,11 @@ paper: $(VENV)/.installed  ## the paper's figures and statements, into ./analysi
 proof: $(VENV)/.installed-proof  ## trials with a concealed truth, of a seed that nobody knows, into ./proven
 	$(BIN)/twin prove --out proven
 
-test: $(VENV)/.installed-test  ## the whole test suite, a process for each core
-	$(BIN)/python -m pytest --numprocesses auto --dist loadfile
+test: $(VENV)/.installed-test  ## the tests, a process for each core
+	$(PYTEST) -m "not long"
+
+test-long: $(VENV)/.installed-test  ## those that take too long for every change
+	$(PYTEST) -m long
 
 lint: $(VENV)/.installed-test  ## style and types
 	$(BIN)/ruff check .

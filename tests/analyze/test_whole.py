@@ -129,6 +129,7 @@ def test_workers_write_what_one_process_writes(out: Path, tmp_path: Path) -> Non
             assert shared == alone
 
 
+@pytest.mark.long
 @pytest.mark.skipif(not REAL.is_dir(), reason="the real logs are not beside the project")
 def test_no_real_log_makes_the_program_fail_in_a_way_it_does_not_name(tmp_path: Path) -> None:
     run = CliRunner().invoke(main, [str(REAL), "--out", str(tmp_path)])

@@ -166,6 +166,7 @@ def test_the_cooling_is_that_of_the_fastest_test_that_the_pack_follows_to_its_en
     assert heating.heat_transfer_W_m2_K == pytest.approx(20.0, rel=0.05)
 
 
+@pytest.mark.long
 def test_the_cooling_of_a_mount_is_that_of_the_tests_in_it() -> None:
     """Cooled by 18 and 22 W/(m2 K); of a third mount it is told what these have in common."""
     pack = replace(

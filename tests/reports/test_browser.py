@@ -24,9 +24,7 @@ BROWSER = next(
     (p for name in ("chromium", "chromium-browser", "google-chrome") if (p := shutil.which(name))),
     None,
 )
-pytestmark = [
-    pytest.mark.skipif(BROWSER is None, reason="no Chromium in the path"),
-]
+pytestmark = pytest.mark.skipif(BROWSER is None, reason="no Chromium in the path")
 PROBE = """<script>
 const height = drawing => drawing.getBoundingClientRect().height;
 document.title = [

@@ -82,11 +82,11 @@ def test_a_start_that_is_off_within_its_tolerance_is_told() -> None:
     ("truth", "number", "value"),
     [
         (SeriesResistance(resistance_ohm=0.003), "resistance_ohm", 0.003),
-        (CurrentGain(gain=1.06), "gain", 1.06),
+        pytest.param(CurrentGain(gain=1.06), "gain", 1.06, marks=pytest.mark.long),
         (CurrentGain(gain=0.5), "gain", 0.5),
-        (VoltageGain(gain=0.997), "gain", 0.997),
+        pytest.param(VoltageGain(gain=0.997), "gain", 0.997, marks=pytest.mark.long),
         (SelfHeating(heat_transfer_W_m2_K=15.0), "heat_transfer_W_m2_K", 15.0),
-        (InitialSoc(offset=-0.03), "offset", -0.03),
+        pytest.param(InitialSoc(offset=-0.03), "offset", -0.03, marks=pytest.mark.long),
     ],
     ids=lambda v: v.id if not isinstance(v, str | float) else "",
 )
@@ -126,6 +126,7 @@ def test_two_at_once_are_named_together() -> None:
     assert {e.id for e in finding.effects} == {"self_heating", "series_resistance"}
 
 
+@pytest.mark.long
 def test_of_larger_models_that_is_tried_first_which_would_leave_noise(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
@@ -263,7 +264,7 @@ def test_the_order_of_hypotheses_changes_nothing() -> None:
     truth = [CurrentGain(gain=1.06)]
     first, second = (
         finding_json(explain([flown(truth, seed=1)], hypotheses=order))
-        for order in (FEW, FEW[::-1])
+        for order in (FEW[1:4], FEW[3:0:-1])
     )
     assert json.dumps(first) == json.dumps(second)
 
@@ -271,7 +272,8 @@ def test_the_order_of_hypotheses_changes_nothing() -> None:
 def test_a_clock_that_starts_elsewhere_changes_nothing() -> None:
     own = flown([CurrentGain(gain=1.06)], seed=1)
     later = replace(own, load=replace(own.load, time_s=own.load.time_s + 1000.0))
-    first, second = (explain([f], hypotheses=FEW) for f in (own, later))
+    gain = [h for h in FEW if h.id == "current_gain"]
+    first, second = (explain([f], hypotheses=gain) for f in (own, later))
     assert first.effects[0].parameters[0].value == pytest.approx(
         second.effects[0].parameters[0].value, rel=1e-6
     )

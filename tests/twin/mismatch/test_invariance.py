@@ -55,6 +55,7 @@ def test_a_poorer_recording_has_the_same_verdict_with_less_confidence(poor: str)
     assert other == pytest.approx(value, abs=4 * less)
 
 
+@pytest.mark.long
 def test_a_gap_leaves_the_verdict_and_takes_confidence() -> None:
     """Which falls on average: each deviation is scaled by the variance and the correlation time of
     400 residuals, and those of nothing but noise scatter by a third, more than a gap takes."""

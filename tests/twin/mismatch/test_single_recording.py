@@ -15,6 +15,7 @@ FEW = [
 OF_CHARGE = [h for h in HYPOTHESES if h.id in ("weak_cell", "initial_soc", "series_resistance")]
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(("seed", "every"), [(7, 2), (20, 2), (21, 2), (22, 2), (7, 10), (20, 10)])
 def test_a_thinned_current_is_no_physics_where_a_battery_empties(seed: int, every: int) -> None:
     """Without what flows unseen the first has a diffusion of 1.016, the fourth no name; without
@@ -23,7 +24,11 @@ def test_a_thinned_current_is_no_physics_where_a_battery_empties(seed: int, ever
 
 
 @pytest.mark.parametrize(
-    "truth", [WeakCell(capacity_factor=0.93), SeriesResistance(resistance_ohm=0.004)]
+    "truth",
+    [
+        WeakCell(capacity_factor=0.93),
+        pytest.param(SeriesResistance(resistance_ohm=0.004), marks=pytest.mark.long),
+    ],
 )
 def test_what_shows_at_the_end_is_named(truth: AnyEffect) -> None:
     finding = explain([flown(truth, 0)], hypotheses=FEW)

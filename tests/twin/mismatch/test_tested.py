@@ -96,6 +96,7 @@ def test_a_cold_pack_is_not_called_slow_where_tests_know_how_fast_the_cell_is() 
     assert odds(told) > odds(flights) + 6.0  # in twice the logarithm: strong
 
 
+@pytest.mark.long
 def test_a_calibration_says_what_its_tests_tell() -> None:
     own, tests = cell_pack(), [of(SLOW, "slow"), of(FAST, "fast")]
     free = ["capacity_C", *OF_THE_MAKE["reaction_kinetics"]]
