@@ -263,6 +263,7 @@ def test_a_kill_while_concluding_leaves_the_fit_and_no_older_page(
     assert call(tmp_path, file, "--resume").exit_code == 0
 
 
+@pytest.mark.long
 @pytest.mark.usefixtures("plain_page")
 def test_a_killed_search_is_gone_on_with_as_if_it_had_never_stopped(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch

@@ -118,7 +118,7 @@ def test_outcomes_numbers_and_channels_of_what_was_opened(proven: tuple[Path, Re
 
 
 def test_the_judge_itself_names_it(tmp_path: Path) -> None:
-    question = trials.asked(trials.OHM)
+    question = trials.asked(trials.OHM, seconds=50.0)
     files = tmp_path / QUESTION
     files.mkdir()
     question.write(files)

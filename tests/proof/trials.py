@@ -18,10 +18,10 @@ from twin.simulate import simulate
 OHM = 0.006
 
 
-def asked(ohm: float, seeds: Sequence[int] = (1, 2)) -> Question:
+def asked(ohm: float, seeds: Sequence[int] = (1, 2), seconds: float = 120.0) -> Question:
     """Recordings of a pack with a resistance more than the twin has; the current without noise."""
     true = replace(pack(), effects=(SeriesResistance(resistance_ohm=ohm),) if ohm else ())
-    flights = [flight(2.2, mean=8.0, peak=16.0, duration_s=120.0, seed=seed) for seed in seeds]
+    flights = [flight(2.2, mean=8.0, peak=16.0, duration_s=seconds, seed=seed) for seed in seeds]
     loads = [Load(time_s=f.time_s, current_A=f.current_A) for f in flights]
     noise = np.random.default_rng(0)
     recordings = [

@@ -79,6 +79,7 @@ def test_what_acts_through_the_stress_has_the_slope_of_the_modulus() -> None:
         )
 
 
+@pytest.mark.long
 def test_hidden_growth_and_resistivity_are_found_and_the_rest_of_the_life_predicted() -> None:
     pack = pack_of(Sei(solvent_diffusivity_m2_s=2e-20))
     truth = aged_by(pack, {"sei.solvent_diffusivity_m2_s": 4e-20, "sei.resistivity_ohm_m": 4e5})

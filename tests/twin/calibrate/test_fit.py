@@ -192,6 +192,7 @@ def test_what_a_search_finds_is_taken_if_it_is_better() -> None:
     assert better.q == pytest.approx(low + 0.8 * asked[0] * (high - low))
 
 
+@pytest.mark.long
 def test_a_test_that_no_cell_explains_draws_nothing_to_its_bounds() -> None:
     pack = cell_pack()
     (slow, fast), _, _ = measured(pack, 1, ("0.1C", "2C"))

@@ -98,7 +98,7 @@ def bumpy(name: str) -> tuple[Problem, FloatArray]:
     return problem, problem.coordinates(plain.values_by_name(truth) | heights_V)
 
 
-@pytest.mark.parametrize("name", ["lipo_2200", "lg_m50"])
+@pytest.mark.parametrize("name", ["lipo_2200", pytest.param("lg_m50", marks=pytest.mark.long)])
 def test_derivatives_by_heights_are_those_of_the_residuals(name: str) -> None:
     problem, q = bumpy(name)
     residuals, slopes = problem.linearised(q)
@@ -175,6 +175,7 @@ def concluded() -> Calibration:
     return conclude(steps[-1].problem, steps[-1].q, tests, cross_validate=False)
 
 
+@pytest.mark.long
 def test_a_fit_finds_the_correction_of_a_cell_with_another_potential() -> None:
     before, after = fitted()[1][-2:]
     assert before.problem.unbumped is None
@@ -190,6 +191,7 @@ def test_a_fit_finds_the_correction_of_a_cell_with_another_potential() -> None:
     assert any("open-circuit curve" in remark for remark in concluded().remarks)
 
 
+@pytest.mark.long
 def test_the_corrected_cell_rests_as_the_true_one_does() -> None:
     pack, found = cell_pack(), concluded()
     positive = pack.cell.positive

@@ -40,6 +40,7 @@ def test_what_shows_at_the_end_is_named(truth: AnyEffect) -> None:
     assert finding.errors.held_out_after < 1.2 * finding.errors.noise
 
 
+@pytest.mark.long
 def test_a_cell_out_of_balance_is_named_alone_where_the_voltage_at_rest_told_the_charge() -> None:
     """That voltage says what the cells hold on average; the others hold more (here 2.8 %)."""
     truth = WeakCell(soc_offset=-0.12)

@@ -80,6 +80,7 @@ def test_what_tests_tell_is_believed_of_a_flight() -> None:
     assert believed == [0.03, usual[1]]
 
 
+@pytest.mark.long
 def test_a_cold_pack_is_not_called_slow_where_tests_know_how_fast_the_cell_is() -> None:
     """Colder by 8 K all is slower; a rate alone can look like it to a twin that states an error."""
     cold = (ColdPack(start_offset_K=-8.0),)
