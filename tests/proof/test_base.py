@@ -197,6 +197,7 @@ def test_the_cooling_of_a_mount_is_that_of_the_tests_in_it() -> None:
     assert of_mounts(cold, q, answer(cold, q)) == {}
 
 
+@pytest.mark.long
 def test_a_base_states_the_cooling_of_the_mount_of_its_trial(tmp_path: Path) -> None:
     slow, fast = warmed(18.0, 2.5, "0.5C"), warmed(40.0, 5.0, "1C")
     cell = load_cell("lg_m50")

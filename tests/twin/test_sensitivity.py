@@ -130,7 +130,8 @@ def with_tables() -> Cell:
 
 @pytest.mark.parametrize(
     ("cell", "effects", "between"),
-    [(load_cell("lg_m50"), HARSH, Between.LINEAR), (load_cell("lipo_2200"), HARSH, Between.HOLD),
+    [(load_cell("lg_m50"), HARSH, Between.LINEAR),
+     pytest.param(load_cell("lipo_2200"), HARSH, Between.HOLD, marks=pytest.mark.long),
      (load_cell("lg_m50"), (), Between.HOLD), (with_tables(), HARSH, Between.HOLD)],
     ids=["lg_m50", "lipo_2200", "without ageing", "tables"],
 )  # fmt: skip

@@ -46,6 +46,7 @@ def _as_test(shown: Fitted) -> ReferenceTest:
     )  # fmt: skip
 
 
+@pytest.mark.long
 def test_the_right_open_circuit_curve_is_not_corrected() -> None:
     assert calibrated()[0].correction is None
 

@@ -52,7 +52,7 @@ def bumped(cell: Cell) -> tuple[Cell, dict[str, float]]:
     return own, dict(zip(bump_names(own), heights.tolist(), strict=True))
 
 
-@pytest.mark.parametrize("name", ["lipo_2200", "lg_m50"])
+@pytest.mark.parametrize("name", ["lipo_2200", pytest.param("lg_m50", marks=pytest.mark.long)])
 def test_bumps_as_numbers_of_the_kernel_are_the_potential_they_add_up_to(name: str) -> None:
     plain = load_cell(name)
     cell, heights = bumped(plain)
