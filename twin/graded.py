@@ -19,7 +19,6 @@ SHARE_OF_TIME = 0.1
 """Of the time to the nearest change, before or after: a clock that is off moves it a little."""
 SHARE_OF_CHARGE = 1e-3  # of the capacity
 CHANGED = 0.02  # of 1C, from sample to sample: less is a sensor's noise, or a slow ramp
-HOUR_S = 3600.0
 
 
 def graded(load: Load, rated_C: float) -> Load:
@@ -29,7 +28,7 @@ def graded(load: Load, rated_C: float) -> Load:
         load: no step gets shorter than its `longest_step_s`.
         rated_C: capacity of what it is drawn from.
     """
-    rated_A = rated_C / HOUR_S
+    rated_A = rated_C / 3600
     current_A = np.abs(load.current_A)
     larger_A = np.maximum(current_A[:-1], current_A[1:])
     by_charge_s = SHARE_OF_CHARGE * rated_C / np.maximum(larger_A, CHANGED * rated_A)

@@ -34,7 +34,6 @@ DIFFERENCE = 1e-3  # standard deviations of the prior: a thousandth of what woul
 BEYOND_V = 1.0  # a simulated cell goes on beyond its cut-offs for so long, as in `objective.py`
 LONGEST_STEP_S = 2.0  # of an averaged load
 PULSE_S, PULSE_STEPS = 10.0, 50
-HOUR_S = 3600.0
 # Of the priors. A label holds for a new pack; one that is used has lost up to a fifth.
 LABEL_STD, UNKNOWN_STD = 0.15, 0.7  # of the logarithm of the capacity
 ENDURANCE_S = 600.0  # at the median current: within a factor of two most multirotors fly so long
@@ -154,7 +153,7 @@ def _capacity(capacity_C: float, std: float) -> Quantity:
 
 
 def _resistance(pack: Pack, capacity_C: float) -> Quantity:
-    std = LEADS_OHM_AH * pack.series / (capacity_C / HOUR_S)
+    std = LEADS_OHM_AH * pack.series / (capacity_C / 3600)
     parameter = Parameter(name="series_resistance_ohm", unit="Ohm", mean=0.0, std=std,
                           lower=0.0, upper=MOST_LEADS * std)  # fmt: skip
     return Quantity(parameter, lambda p, value: _with(p, SeriesResistance(resistance_ohm=value)))
