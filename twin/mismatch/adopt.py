@@ -36,5 +36,7 @@ def _switch_on(content: dict[str, Any], effect: NamedEffect) -> None:
     if effect.pack_id == SelfHeating.id:
         content["environment"] = content["environment"] | numbers
         return
-    tables: dict[str, Any] = content["effects"]
-    content["effects"] = tables | {effect.pack_id: tables.get(effect.pack_id, {}) | numbers}
+    own = content["effects"].get(effect.pack_id, {})
+    # Of several weak cells it is the first that was fitted (`Hypothesis.present`).
+    changed = [own[0] | numbers, *own[1:]] if isinstance(own, list) else own | numbers
+    content["effects"] = content["effects"] | {effect.pack_id: changed}

@@ -201,10 +201,11 @@ def _named(
     h: Hypothesis, numbers: tuple[Value, ...], best: Model, models: Sequence[Model], scale: float
 ) -> NamedEffect:
     alike = _alike(h.id, best, models, scale)
+    probability = sum(m.probability for m in models if {h.id, *alike} & set(m.ids))
     return NamedEffect(
         id=h.id,
         pack_id=h.kind.id,
-        probability=sum(m.probability for m in models if {h.id, *alike} & set(m.ids)),
+        probability=min(probability, 1.0),  # of all models the sum is 1 but for rounding
         parameters=numbers,
         instead={other: _numbers(m.fitted, scale)[other] for other, m in alike.items()},
         equation=h.kind.equation,

@@ -175,6 +175,19 @@ def test_a_name_has_few_that_look_like_it_or_is_likely_alone(
     assert len(found.effects[0].equivalent) == others
 
 
+def test_a_probability_is_at_most_one() -> None:
+    shares = (0.55, 0.34, 0.11)
+    assert sum(shares) > 1.0  # rounded
+    null = model(Fit((), 0.4, 0.4, excess=500.0), -90.0, 0.0)
+    alike = [
+        model(_with_effect(name, 0.002, excess=1.0), -2.0 * k, share)
+        for k, (name, share) in enumerate(zip(("heat", "cold", "salt"), shares, strict=True))
+    ]
+    (effect,) = decide([*alike, null], 1.0, 0.002).effects
+    assert effect.equivalent == ("cold", "salt")
+    assert effect.probability == 1.0
+
+
 def _with_effect(name: str, ahead_V: float, excess: float = 9.0) -> Fit:
     return Fit((name,), 0.022, ahead_V, excess=excess, problem=problem(name))
 

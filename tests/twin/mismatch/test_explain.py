@@ -27,7 +27,6 @@ from twin.mismatch import (
     Flight,
     MismatchError,
     Verdict,
-    adopted_text,
     choose,
     explain,
     finding_json,
@@ -38,7 +37,6 @@ from twin.mismatch.locate import change_points
 from twin.mismatch.problem import Problem
 from twin.mismatch.split import split
 from twin.pack import Pack
-from twin.pack_file import effects_of, parse_pack_file
 from twin.sensitivity import sensitivity
 from twin.simulate import changeable, simulate
 
@@ -47,13 +45,6 @@ FEW = [
     for h in HYPOTHESES
     if h.id in ("series_resistance", "current_gain", "voltage_gain", "self_heating", "initial_soc")
 ]
-PACK = """[pack]
-name = "p"
-cell = "lipo_2200"
-series = 4
-[twin]
-physics = []
-"""
 
 
 def test_nothing_is_named_where_the_twin_made_the_recordings() -> None:
@@ -320,22 +311,6 @@ def test_gaps_and_a_slow_logger_still_give_a_verdict() -> None:
     finding = explain([replace(own, voltage_V=voltage)], hypotheses=FEW)
     assert finding.verdict in (Verdict.NAMED, Verdict.AMBIGUOUS)
     assert "current_gain" in {e for n in finding.effects for e in (n.id, *n.equivalent)}
-
-
-def test_what_is_adopted_is_in_the_next_twin() -> None:
-    finding = explain([flown([CurrentGain(gain=1.06)], seed=1)], hypotheses=FEW)
-    told = PACK + "[standard_errors]\ncurrent_gain.gain = 0.1\nleakage.current_A = 0.1\n"
-    text = adopted_text(finding, parse_pack_file(told, name="p"), cell="lipo_2200")
-    (effect,) = effects_of(adopted := parse_pack_file(text, name="adopted"))
-    assert isinstance(effect, CurrentGain)
-    assert effect.gain == finding.effects[0].parameters[0].value
-    assert set(adopted.standard_errors) == {"leakage"}  # that of another gain is gone
-
-
-def test_nothing_is_adopted_where_nothing_was_named() -> None:
-    finding = explain([flown(seed=1)], hypotheses=FEW)
-    with pytest.raises(MismatchError, match="nothing to adopt"):
-        adopted_text(finding, parse_pack_file(PACK, name="p"), cell="lipo_2200")
 
 
 def test_slopes_agree_with_the_exact_ones() -> None:
