@@ -9,7 +9,16 @@ from typing import NoReturn
 import click
 
 from analyze.interrupt import held, leave_with
-from analyze.workbench.options import BATTERY, BETWEEN, CELSIUS, AnyFile, numbers, out, shared
+from analyze.workbench.options import (
+    BATTERY,
+    BETWEEN,
+    CELSIUS,
+    AnyFile,
+    HoldsOut,
+    numbers,
+    out,
+    shared,
+)
 from analyze.workbench.regime import regime_options
 
 ONE_THREAD = ("OPENBLAS_NUM_THREADS", "1")
@@ -195,15 +204,15 @@ def calibrate(**options: object) -> None:
     _leave_with("analyze.workbench.calibrate", options)
 
 
-@main.command()
+@main.command(cls=HoldsOut)
 @click.argument("sources", metavar="LOG...", nargs=-1, required=True, type=AnyFile)
 @click.option(
     "--holdout",
     multiple=True,
     type=AnyFile,
-    metavar="LOG",
-    help="A recording of the same pack on which all is judged; may come several times. Without it "
-    "the last of several LOGs, or every second of seven parts of a single one.",
+    metavar="LOG...",
+    help="Recordings of the same pack on which all is judged: all up to the next option. Without "
+    "it the last of several LOGs, or every second of seven parts of a single one.",
 )
 @click.option("--pack", type=AnyFile, required=True, help="The pack, as pack.toml describes it.")
 @out("mismatch.json, explain.html and reveal.json there are replaced.")

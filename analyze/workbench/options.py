@@ -50,6 +50,22 @@ BATTERY = click.option(
 )
 
 
+class HoldsOut(click.Command):
+    """A command whose --holdout takes all up to the next option: `--holdout b.ulg c.ulg`."""
+
+    def parse_args(self, ctx: click.Context, args: list[str]) -> list[str]:
+        """Each of several with the option before it, as click would have them."""
+        spread: list[str] = []
+        taking = False
+        for arg in args:
+            if arg.startswith("-"):
+                taking = arg == "--holdout"
+            elif taking and spread[-1] != "--holdout":
+                spread.append("--holdout")
+            spread.append(arg)
+        return super().parse_args(ctx, spread)
+
+
 def shared(command: Callable[..., None]) -> Callable[..., None]:
     """The options that say what is drawn from which pack."""
     options = (

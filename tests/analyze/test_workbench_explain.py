@@ -157,6 +157,7 @@ def test_a_log_has_its_motions_in_the_spans(tmp_path: Path) -> None:
     ("arguments", "said"),
     [
         ((), "Missing argument 'LOG...'"),
+        (("--holdout", "a.csv", "short.csv"), "Missing argument 'LOG...'"),
         (("a.csv", "--conceal", "temprature"), "no channel 'temprature': expected temperature or"),
         (("a.csv", "--holdout", "a.csv"), "is given twice"),
         (("a.csv", "--adopt", "better.txt"), "expected a name in .toml"),
@@ -193,6 +194,28 @@ def test_wrong_use_is_told_before_any_work(
     assert result.exit_code == 2
     assert said in " ".join(result.output.split())
     assert not (tmp_path / "out" / "mismatch.json").exists()
+
+
+@pytest.mark.parametrize(
+    ("arguments", "fitted", "held_out"),
+    [
+        ("a b --holdout c d --pack p --out o", "ab", "cd"),
+        ("a --holdout c --pack p --holdout d --out o b", "ab", "cd"),
+        ("a --holdout=c --pack p --out o", "a", "c"),
+        ("a b --pack p --out o", "ab", ""),
+    ],
+)
+def test_all_up_to_the_next_option_is_held_out(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, arguments: str, fitted: str, held_out: str
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    for name in "abcdp":
+        (tmp_path / name).touch()
+    params = main.commands["explain"].make_context("explain", arguments.split()).params
+    assert (params["sources"], params["holdout"]) == (
+        tuple(map(Path, fitted)),
+        tuple(map(Path, held_out)),
+    )
 
 
 def test_a_folder_that_cannot_be_made_is_wrong_use(tmp_path: Path) -> None:
