@@ -9,13 +9,11 @@ import numpy as np
 import numpy.typing as npt
 
 from twin.calibrate.table import (
-    NOT_OF_THE_PACK,
     QUANTITIES,
     CalibrationError,
     Place,
     cell_columns,
     column_of,
-    named,
 )
 from twin.load import Between, Load, LoadError
 
@@ -86,10 +84,7 @@ def read_load_csv(stream: TextIO, *, name: str) -> LoadTable:
 def _places(header: Sequence[str], of_cells: Sequence[Place]) -> dict[str, Place]:
     """Our name -> column, of those there are."""
     taken = {place for place, _, _ in of_cells}
-    own = [
-        "" if k in taken or NOT_OF_THE_PACK.search(named(title)[0]) else title
-        for k, title in enumerate(header)
-    ]
+    own = ["" if k in taken else title for k, title in enumerate(header)]
     plain = [title.strip().lstrip("\ufeff").casefold() for title in own]
     out = {}
     for ours in QUANTITIES:

@@ -73,8 +73,8 @@ def reference_test(
 ) -> ReferenceTest:
     """The test of the mean cell of `pack` that `table` holds, at pack level.
 
-    The sign of the current is that which makes a discharge lower the voltage. A column of
-    temperatures gives that of the surroundings by its first value.
+    The sign of the current is that which makes a discharge lower the voltage. The first value of
+    a column of the battery's temperature is that of the surroundings, or else of one of theirs.
 
     Raises:
         CalibrationError: no current flows, or the voltage is not that of so many cells in series.
@@ -87,8 +87,9 @@ def reference_test(
             "expected a column for each, or none"
         )
     sign, said = discharge_sign(table.current_A, table.voltage_V, name=table.name)
-    if table.temperature_K is not None:
-        ambient_K = float(table.temperature_K[0])
+    for told_K in (table.ambient_K, table.temperature_K):
+        if told_K is not None:
+            ambient_K = float(told_K[0])
     test = ReferenceTest(
         name=table.name,
         time_s=table.time_s,

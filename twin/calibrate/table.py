@@ -21,13 +21,14 @@ QUANTITIES: Mapping[str, tuple[str, Mapping[str, tuple[float, float]]]] = {
     "current_A": (r"current|^i$", {"a": (1.0, 0.0), "ma": (1e-3, 0.0)}),
     "voltage_V": (r"voltage|recorded|^[uv]$", {"v": (1.0, 0.0), "mv": (1e-3, 0.0)}),
     "temperature_K": (r"temp", {"k": (1.0, 0.0), "c": (1.0, 273.15)}),
+    "ambient_K": (r"temp", {"k": (1.0, 0.0), "c": (1.0, 273.15)}),
 }  # fmt: skip
 LONG_UNITS = {
     "sec": "s", "second": "s", "seconds": "s", "hours": "h", "hour": "h", "minutes": "min",
     "amps": "a", "ampere": "a", "volt": "v", "volts": "v", "degc": "c", "°c": "c", "celsius": "c",
     "kelvin": "k", "µs": "us", "μs": "us",
 }  # fmt: skip
-OPTIONAL = ("temperature_K",)
+OPTIONAL = ("temperature_K", "ambient_K")
 NOT_OF_THE_PACK = re.compile(r"ambient|air|chamber|oven")
 Place = tuple[int, float, float]
 """Of a column: where it stands, and factor and offset to SI."""
@@ -49,7 +50,8 @@ class MeasuredTable:
         time_s: from the first sample.
         current_A: of whatever was measured, cell or pack.
         voltage_V: likewise.
-        temperature_K: if there is such a column.
+        temperature_K: of the battery, if there is such a column.
+        ambient_K: of what surrounds it, likewise.
         cells_V: (cells, n) of each cell in the order of their numbers, if there are such columns.
     """
 
@@ -58,11 +60,12 @@ class MeasuredTable:
     current_A: FloatArray
     voltage_V: FloatArray
     temperature_K: FloatArray | None
+    ambient_K: FloatArray | None = None
     cells_V: FloatArray | None = None
 
 
 def read_test(stream: TextIO, *, name: str) -> MeasuredTable:
-    """The columns for time, current and voltage, and temperature if there is one.
+    """The columns for time, current and voltage, and temperatures if there are some.
 
     A header names quantity and unit: "Test Time / s", "Current [mA]", "voltage_V". Where several
     fit, the first is taken. Two columns or more such as "Cell 1 / V", "cell2_mV" are the voltages
@@ -107,6 +110,7 @@ def read_test(stream: TextIO, *, name: str) -> MeasuredTable:
         current_A=columns["current_A"],
         voltage_V=cells_V.sum(axis=0) if summed else columns["voltage_V"],
         temperature_K=columns.get("temperature_K"),
+        ambient_K=columns.get("ambient_K"),
         cells_V=cells_V if cells_V.size else None,
     )
 
@@ -116,7 +120,8 @@ def column_of(header: Sequence[str], quantity: str) -> Place | None:
     words, units = QUANTITIES[quantity]
     for place, title in enumerate(header):
         what, unit = named(title)
-        if unit in units and re.search(words, what):
+        around = NOT_OF_THE_PACK.search(what) is not None
+        if unit in units and re.search(words, what) and around == (quantity == "ambient_K"):
             return (place, *units[unit])
     return None
 

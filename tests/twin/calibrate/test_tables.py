@@ -41,6 +41,25 @@ def test_a_temperature_in_celsius_is_that_of_the_surroundings() -> None:
 
 
 @pytest.mark.parametrize(
+    ("columns", "of_cell_K", "around_K"),
+    [
+        ("Surface Temperature / degC,Ambient Temperature / degC", 293.15, 293.15),
+        ("Chamber temp (C),Surface temp (C)", 283.15, 283.15),
+        ("Ambient Temperature / degC,Pressure / Pa", None, 293.15),
+        ("Pressure / Pa,Chamber temp (C)", None, 283.15),
+        ("Pressure / Pa,Cycle", None, 298.15),
+    ],
+)
+def test_a_temperature_of_the_air_is_not_the_cells(
+    columns: str, of_cell_K: float | None, around_K: float
+) -> None:
+    table = read(f"Time / s,Current / A,Voltage / V,{columns}", "0,0,4.1,20,10", "1,1,4.0,21,11")
+    test = reference_test(table, cell_pack())
+    assert (None if test.temperature_K is None else test.temperature_K[0]) == of_cell_K
+    assert test.ambient_K == around_K
+
+
+@pytest.mark.parametrize(
     ("header", "lines", "says"),
     [
         ("Time / s,Voltage / V", ("0,4",), "no column for current_A"),
