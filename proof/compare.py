@@ -9,7 +9,7 @@ import numpy as np
 
 from proof.outcome import Named, Opened, Outcome, Sized
 from proof.question import Question
-from proof.truth import Channel, Truth
+from proof.truth import CONTROLS, Channel, Truth
 from twin.mismatch import HYPOTHESES, Hidden, HiddenTable, MismatchError, reveal
 from twin.pack import Pack
 
@@ -32,7 +32,7 @@ def outcome(truth: Truth, said: str, named: Sequence[Named]) -> Outcome:
         if said in truth.verdicts:
             return Outcome.RIGHT
         return Outcome.MISSED if truth.kind not in CONTROLS else Outcome.WRONG
-    if "named" not in truth.verdicts or any(n.id in truth.forbidden for n in named):
+    if "named" not in truth.verdicts:
         return Outcome.WRONG
     lists = [{n.id, *n.equivalent[:MOST_EQUIVALENT]} for n in named]
     met, rest = _matched(truth.effects, lists)
@@ -41,7 +41,6 @@ def outcome(truth: Truth, said: str, named: Sequence[Named]) -> Outcome:
     return Outcome.RIGHT if met == len(truth.effects) else Outcome.PART
 
 
-CONTROLS = ("control", "real control")
 NAMES = {
     Hidden.TEMPERATURE: "temperature",
     Hidden.WEAKEST_CELL: "weakest cell",

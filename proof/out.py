@@ -103,7 +103,6 @@ def _truth(t: Truth) -> dict[str, Any]:
         "verdicts": list(t.verdicts),
         "effects": [list(alike) for alike in t.effects],
         "also": list(t.also),
-        "forbidden": list(t.forbidden),
         "strength": t.strength,
         "floor_mv": 1e3 * t.floor_V,
         "numbers": [

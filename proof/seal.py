@@ -38,7 +38,7 @@ def truth_text(truth: Truth) -> str:
 def truth_of(text: str) -> Truth:
     """Inverse of `truth_text`."""
     raw: dict[str, Any] = json.loads(text)
-    tuples = {name: tuple(raw[name]) for name in ("verdicts", "also", "forbidden")}
+    tuples = {name: tuple(raw[name]) for name in ("verdicts", "also")}
     made: dict[str, Any] = {
         "effects": tuple(map(tuple, raw["effects"])),
         "numbers": tuple(Number(**n) for n in raw["numbers"]),

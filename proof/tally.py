@@ -5,10 +5,9 @@ from dataclasses import dataclass
 from math import sqrt
 
 from proof.outcome import Judged, Outcome
-from proof.truth import KINDS, RECORDED, SIMULATED
+from proof.truth import CONTROLS, KINDS, RECORDED, SIMULATED
 
 STRONG = 3.0  # times the noise, from which on an effect has to be named
-CONTROLS = ("control", "real control")
 NORMAL_95 = 1.959963984540054  # standard deviations either way that hold 95 % of a normal law
 
 

@@ -47,7 +47,6 @@ class Truth:
         effects: of a named verdict: for each effect that is there, the ids that are right for it.
             One is enough; it may be among the equivalents of what was named.
         also: ids that may be named beside, since they come with it (resistance with age).
-        forbidden: ids that may not be named, whatever else is.
         strength: rms by which the effect changes the voltage of the fitted recordings, over
             `floor_V`. Where no twin has the effect (age, transport): rms by which they are missed.
         floor_V: noise; of a real cell the error of its calibrated twin.
@@ -64,7 +63,6 @@ class Truth:
     strength: float
     floor_V: float
     also: tuple[str, ...] = ()
-    forbidden: tuple[str, ...] = ()
     numbers: tuple[Number, ...] = ()
     channels: tuple[Channel, ...] = ()
     capacity_C: float | None = None
@@ -74,3 +72,4 @@ class Truth:
 SIMULATED = ("control", "single", "pair", "foreign")
 RECORDED = ("real control", "temperature", "ageing", "weak cell", "fault", "transport")
 KINDS = SIMULATED + RECORDED
+CONTROLS = ("control", "real control")  # there is nothing to be found

@@ -112,9 +112,6 @@ def why(j: Judged) -> str:
     lost = listed([_wanted(alike) for alike in not_named(j)])
     if j.verdict != "named":
         return _abstained(j, lost)
-    forbidden = [name(n.id) for n in j.named if n.id in j.truth.forbidden]
-    if forbidden:
-        return f"{listed(forbidden)} must not be named here"
     extra = listed([_one(n) for n in not_there(j)])
     if extra and lost:
         return f"{extra} named instead of {lost}"

@@ -119,7 +119,6 @@ def _truth(entry: Entry, question: Question, tests: Sequence[RealTest], shown_V:
         strength=shown_V / floor_V,
         floor_V=floor_V,
         also=(*LOSSES, *WITH_AGE) if entry.aged else (),
-        forbidden=("self_heating",) if entry.kind is Kind.CONTROL else (),
         channels=tuple(
             Channel(recording=name_of(k), time_s=t.time_s, temperature_K=t.temperature_K)
             for k, t in enumerate(tests)

@@ -12,8 +12,7 @@ named. The others age too: a loss of lithium or of material may be beside it.
 
 Phantom: 4 cells in hover for 93 s. Their voltages differ from their mean by 7 mV and less on
 average, one sample of a difference scatters by 6 to 12 mV, since the cells are not read at one
-time: nothing that a pack's terminals could show. Right is whatever names no weak cell; the twin is
-fitted to the first 40 s.
+time: nothing that a pack's terminals could show, a control. The twin is fitted to the first 40 s.
 """
 
 import csv
@@ -92,6 +91,7 @@ def _leaf(folder: Path, cache: Path) -> tuple[Question, Truth]:
         pack,
         cells,
         floor_V,
+        kind="weak cell",
         said="two of six pairs of cells are weak, one more than the other",
         verdicts=("named",),
         effects=(("weak_cell",),),
@@ -129,10 +129,10 @@ def _phantom(folder: Path, cache: Path) -> tuple[Question, Truth]:  # noqa: ARG0
         found.pack,
         cells,
         floor_V,
-        said="four cells that differ by 6 mV and less",
+        kind="real control",
+        said="nothing: four cells that differ by 6 mV and less",
         verdicts=("none", "unknown", "ambiguous"),
         effects=(),
-        forbidden=("weak_cell",),
     )
 
 
@@ -149,9 +149,7 @@ def _asked(
     return Question(pack=pack, ambient_K=ambient_K, fitted=(own,), held_out=(), floor_V=floor_V)
 
 
-def _truth(
-    pack: Pack, cells: Cells, floor_V: float, said: str, verdicts: tuple[str, ...], **more: Any
-) -> Truth:
+def _truth(pack: Pack, cells: Cells, floor_V: float, **more: Any) -> Truth:
     channel = Channel(
         recording="recording-1", time_s=cells.time_s, cell_voltage_V=cells.cell_voltage_V
     )
@@ -162,9 +160,6 @@ def _truth(
     usual_V = np.median(cells.cell_voltage_V, axis=1)
     lacks_V = cells.voltage_V - cells.cell_voltage_V.shape[1] * usual_V
     return Truth(
-        kind="weak cell",
-        said=said,
-        verdicts=verdicts,
         strength=float(np.sqrt(np.mean(lacks_V**2))) / floor_V,
         floor_V=floor_V,
         channels=(channel,),

@@ -32,9 +32,7 @@ SINGLE, PAIR = truth(), truth("pair", effects=(("a",), ("b",)))
 CONTROL = truth("control", verdicts=("none",), effects=())
 FOREIGN = truth("foreign", verdicts=("unknown",), effects=())
 EITHER = truth("ageing", effects=(("a", "b"),), also=("r",))
-REAL = truth(
-    "real control", verdicts=("none", "unknown", "ambiguous"), effects=(), forbidden=("heat",)
-)
+REAL = truth("real control", verdicts=("none", "unknown", "ambiguous"), effects=())
 
 
 @pytest.mark.parametrize(

@@ -132,7 +132,6 @@ def test_reasons() -> None:
     assert said("named", "leakage", "weak_cell") == (
         "a weak cell named instead of a slow current sensor"
     )
-    assert said("named", "leakage", forbidden=("leakage",)) == "leakage must not be named here"
     assert said("none") == "leakage and a slow current sensor taken for noise"
     assert said("unknown", effects=()) == "what is there seen, but not named"
     alarm = judged(1, truth("control", ""), Outcome.WRONG, "unknown")

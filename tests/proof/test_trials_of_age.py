@@ -12,6 +12,7 @@ from proof.recorded.measured import NotHere, RealTest
 from proof.recorded.trials_ageing import ageing_trials
 from proof.recorded.trials_weak import weak_trials
 from proof.trial import NoTrial
+from proof.truth import CONTROLS
 from twin.builtin import load_cell
 from twin.effects import LithiumInventoryLoss
 from twin.pack import Pack
@@ -68,3 +69,13 @@ def test_the_leaf_module_ends_with_its_first_pair() -> None:
         pytest.skip(str(e))
     assert cells.cell_voltage_V[-1].min() == pytest.approx(3.0, abs=0.01)
     assert np.trapezoid(cells.current_A, cells.time_s) / 3600 == pytest.approx(55.3, abs=0.2)
+
+
+def test_cells_that_are_alike_are_a_control() -> None:
+    (phantom,) = (t for t in weak_trials(SHARED, SHARED) if "Phantom" in t.source)
+    try:
+        _, truth = phantom.make()
+    except NoTrial as e:
+        pytest.skip(str(e))
+    assert not truth.effects
+    assert truth.kind in CONTROLS
