@@ -15,7 +15,7 @@ import numpy.typing as npt
 
 from twin.load import Load
 from twin.mismatch import Flight
-from twin.mismatch.problem import beyond_cut_offs
+from twin.mismatch.left import beyond_cut_offs, left_V
 from twin.mismatch.quantities import quantities
 from twin.simulate import simulate
 from twin.solution import Solution
@@ -34,8 +34,8 @@ class Answered:
     Attributes:
         load: the recorded current.
         solution: the twin's answer.
-        residual_V: (n,) recorded minus simulated, as the engine has it: beyond the cut-offs, and
-            where the twin is empty before, as if it stood there; NaN where it does not count.
+        residual_V: (n,) recorded minus simulated, as the engine has it (`left_V`); NaN where it
+            does not count.
     """
 
     load: Load
@@ -47,10 +47,7 @@ class Answered:
         """Simulates."""
         pack = beyond_cut_offs(flight.pack)
         solution = simulate(pack, flight.load)
-        n = solution.voltage_V.size
-        left_V = flight.voltage_V - pack.series * pack.cell.lower_cut_off_V
-        left_V[:n] = flight.voltage_V[:n] - solution.voltage_V
-        residual_V = np.where(flight.judged, left_V, np.nan)
+        residual_V = np.where(flight.judged, left_V(flight, pack, solution), np.nan)
         return cls(load=flight.load, solution=solution, residual_V=residual_V)
 
     def library(self) -> Mapping[str, FloatArray]:

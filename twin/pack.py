@@ -3,6 +3,7 @@
 from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
+from math import prod
 
 import numpy as np
 import numpy.typing as npt
@@ -20,6 +21,7 @@ from twin.effects import (
     OcvHysteresis,
     SeriesResistance,
     StressEnhancedDiffusion,
+    VoltageGain,
     WeakCell,
 )
 from twin.parameters import (
@@ -126,6 +128,11 @@ class Pack:
     def rated_C(self) -> float:
         """Its capacity as stated, or that of its cells; over 3600 s the current called 1C."""
         return self.capacity_C or self.parallel * self.cell.nominal_capacity_C
+
+    @property
+    def terminals(self) -> float:
+        """What is recorded over the voltage of a mean cell: its series, by a sensor's gain."""
+        return self.series * prod(e.gain for e in self.effects if isinstance(e, VoltageGain))
 
     @property
     def scale(self) -> float:

@@ -98,7 +98,7 @@ def sensitivity_of(
     return Sensitivities(
         names=tuple(names),
         values=values,
-        voltage=voltage * pack.series,
+        voltage=voltage * pack.terminals,
         temperature=temperature,
         solution=solution,
     )

@@ -6,12 +6,11 @@ came back, halves what did not converge, and locates where a limit was reached.
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
-from math import prod
 
 import numpy as np
 import numpy.typing as npt
 
-from twin.effects import OF_CURRENT, ColdPack, SelfHeating, VoltageGain
+from twin.effects import OF_CURRENT, ColdPack, SelfHeating
 from twin.inside import inside
 from twin.kernel import CHUNK, Backend
 from twin.limits import COLUMN, Limits
@@ -196,11 +195,10 @@ def solution_of(run: Run, pack: Pack, load: Load) -> Solution:
     out = np.hstack(run.rows) if run.rows else np.zeros((run.model.outputs, 0))
     ends = sample_ends(run.pieces, out.shape[1])
     out, n = out[:, ends], ends.size
-    recorded = prod(e.gain for e in pack.effects if isinstance(e, VoltageGain))
     return Solution(
         time_s=load.time_s[:n],
         current_A=load.current_A[:n],
-        voltage_V=out[COLUMN["voltage_V"]] * (pack.series * recorded),
+        voltage_V=out[COLUMN["voltage_V"]] * pack.terminals,
         temperature_K=out[COLUMN["temperature_K"]],
         soc=run.kinds[0].soc(out[COLUMN["negative_mean"]]),
         heat_W=out[COLUMN["heat_W"]] * pack.series * pack.parallel,

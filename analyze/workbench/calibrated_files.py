@@ -11,7 +11,7 @@ from twin.calibrate.out import cell_text, fit_text, pack_text
 from twin.calibrate.run import Calibration
 from twin.calibrate.search import Journal
 from twin.calibrate.unlike import Unlike
-from twin.mismatch.tested import Tested
+from twin.mismatch.tested import OF_THE_MAKE, Tested
 from twin.pack import Pack
 from twin.pack_file import PackFile
 from twin.whole_file import write_whole
@@ -89,13 +89,14 @@ def write_fit(files: Files, found: Calibration, frame: Frame, journal: Journal) 
     write_whole(files.fit, fit_text(found, {"cells": cells_document(unlike)} if unlike else None))
     write_whole(files.cell, cell_text(found))
     weak = unlike.weak if unlike else ()
+    stated = {id_: n for id_, n in frame.file.standard_errors.items() if id_ not in OF_THE_MAKE}
     text = pack_text(
         found,
         frame.pack,
         frame.file,
         cell=files.cell.name,
         weak=weak,
-        standard_errors=frame.standard_errors,
+        standard_errors=stated | dict(frame.standard_errors),
     )
     write_whole(files.pack, text)
     keep_search(files, journal)

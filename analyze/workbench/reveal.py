@@ -46,11 +46,12 @@ def revealed_of(
 def belongs_to(path: Path, recordings: Mapping[str, Path]) -> str:
     """The recording whose stem the CSV's name begins with, the longest; else the last one.
 
-    The last is one that was held out, if several were given.
+    Of several with one name that in the CSV's own folder. The last is one that was held out, if
+    several were given.
     """
     known = [
-        (len(log.stem), name)
+        (len(log.stem), log.parent.absolute() == path.parent.absolute(), name)
         for name, log in recordings.items()
         if path.name == log.name or path.name.startswith((f"{log.stem}.", f"{log.stem}_"))
     ]
-    return max(known)[1] if known else list(recordings)[-1]
+    return max(known)[-1] if known else list(recordings)[-1]

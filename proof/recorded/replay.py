@@ -12,7 +12,7 @@ from proof.recorded.measured import BEYOND_V, RealCell, RealTest
 from twin.constants import FARADAY_C_mol
 from twin.layout import Layout
 from twin.load import Load
-from twin.mismatch.problem import beyond_cut_offs
+from twin.mismatch.left import beyond_cut_offs
 from twin.pack import Pack
 from twin.simulate import DEFAULT_MESH, simulate
 from twin.solution import Solution, Status

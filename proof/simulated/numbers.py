@@ -23,7 +23,6 @@ def true_value(effect: str, size: float, flavour: int) -> tuple[str, float, str]
         "sensor_lag": ("lag_s", size, "s"),
         "clock_shift": ("shift_s", sign * size, "s"),
         "voltage_gain": ("gain", 1.0 + sign * size, "1"),
-        "leakage": ("current_A", size, "A"),
         "plating_stripping": ("initial_mol_m3", size, "mol/m3"),
     }
     return known.get(effect)

@@ -89,7 +89,8 @@ def test_a_pack_file_comes_out_whose_pack_does_what_was_measured(tmp_path: Path)
     file, test = put_test(tmp_path)
     (tmp_path / "out").mkdir()
     (tmp_path / "out" / "new.search.json").write_text("{}")  # of an earlier fit: it is replaced
-    result = call(tmp_path, file)
+    stated = "[standard_errors.current_gain]\ngain = 0.01\n"
+    result = call(tmp_path, file, pack=PACK + stated)
     assert result.exit_code == 0, result.output
     assert "positive current is charge" in result.output
     out = tmp_path / "out"
@@ -99,6 +100,7 @@ def test_a_pack_file_comes_out_whose_pack_does_what_was_measured(tmp_path: Path)
     assert choice.cell_doubt is not None
     assert "negative.porosity" in choice.cell_doubt.names
     assert choice.life_doubt is None
+    assert choice.file.standard_errors["current_gain"] == {"gain": 0.01}
     assert choice.file.twin.physics == ("self_heating", "sei", "series_resistance")
     cell, _ = cell_of(choice.cell)
     pack = pack_of(pack_use(None, choice.file, cell, builtin=False), cell)
@@ -107,7 +109,7 @@ def test_a_pack_file_comes_out_whose_pack_does_what_was_measured(tmp_path: Path)
     assert np.sqrt(np.mean(error**2)) < 1.25 * NOISE_V  # it starts full, not as fitted
     told = json.loads((out / "new.fit.json").read_text())
     assert told["tests"][0]["rms_mV"] == pytest.approx(1e3 * NOISE_V, rel=0.1)
-    again = call(tmp_path, file, "--resume")
+    again = call(tmp_path, file, "--resume", pack=PACK + stated)
     assert again.exit_code == 0, again.output
     values = json.loads((out / "new.fit.json").read_text())["values"]
     assert values == pytest.approx(told["values"], rel=1e-2, abs=1e-4)

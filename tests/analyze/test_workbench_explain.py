@@ -240,3 +240,6 @@ def test_a_csv_belongs_to_the_recording_it_is_named_after_else_to_the_last() -> 
         ("a.ulg", "a.ulg"), ("warm.csv", "b.ulg"), ("abc.csv", "b.ulg"),
     ):  # fmt: skip
         assert belongs_to(Path("/else") / file, logs) == flight
+    days = {f"{day}/a.ulg": Path(f"/{day}/a.ulg") for day in ("1", "2")}
+    for day in ("1", "2"):
+        assert belongs_to(Path(f"/{day}/a.warm.csv"), days) == f"{day}/a.ulg"

@@ -23,6 +23,7 @@ from twin.effects import (
     SeiOnCracks,
     SelfHeating,
     StressEnhancedDiffusion,
+    VoltageGain,
 )
 from twin.kernel import Backend
 from twin.load import Between, Load
@@ -141,7 +142,7 @@ def test_derivatives_by_every_number_are_the_limit_of_differences(
 ) -> None:
     pack = Pack(
         cell=cell, series=3, capacity_C=18000.0, initial_soc=0.6,
-        effects=(SelfHeating(), *effects),
+        effects=(SelfHeating(), VoltageGain(gain=1.05), *effects),
     )  # fmt: skip
     load = flight(between, charging_s=10.0)
     names = tuple(changeable(pack, load))

@@ -1,12 +1,13 @@
 """The test that would tell candidates apart: the one in which their predictions differ most."""
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import combinations
 
 import numpy as np
 import numpy.typing as npt
 
+from twin.effects import InitialSoc, WeakCell
 from twin.load import Between, Load
 from twin.mismatch.fit import Fitted
 from twin.pack import Pack
@@ -14,7 +15,8 @@ from twin.simulate import simulate
 
 FloatArray = npt.NDArray[np.float64]
 
-PERIOD_S = 1.0
+PERIOD_S, MOST_SAMPLES = 1.0, 10_000
+LEAST_C = 0.05  # a smaller mean current empties a pack in days
 WORTH = 2.0  # times the noise: less would not be seen
 
 
@@ -25,22 +27,27 @@ class Manoeuvre:
     Attributes:
         words: for whoever makes it.
         load: of the pack.
+        full: the pack is full when it begins, else it starts as in the recording.
     """
 
     words: str
     load: Load
+    full: bool
 
 
-def manoeuvres(pack: Pack, mean_A: float, peak_A: float) -> Iterator[Manoeuvre]:
-    """Those a pilot can make, by the mean and peak current of what was recorded."""
+def manoeuvres(pack: Pack, mean_A: float, peak_A: float, ambient_K: float) -> Iterator[Manoeuvre]:
+    """Those a pilot can make, by the mean and peak discharge current of what was recorded."""
     full_C = pack.rated_C
     hover_s = min(0.8 * pack.initial_soc * full_C / mean_A, 3600.0)
 
-    def test(words: str, *steps: tuple[float, float]) -> Manoeuvre:
-        current = np.concatenate([np.full(max(int(s / PERIOD_S), 1), a) for a, s in steps])
-        time_s = PERIOD_S * np.arange(current.size, dtype=float)
-        load = Load(time_s=time_s, current_A=current, between=Between.HOLD)
-        return Manoeuvre(words=words, load=load)
+    def test(words: str, *steps: tuple[float, float], full: bool = False) -> Manoeuvre:
+        period_s = max(PERIOD_S, sum(s for _, s in steps) / MOST_SAMPLES)
+        current = np.concatenate([np.full(max(int(s / period_s), 1), a) for a, s in steps])
+        load = Load(
+            time_s=period_s * np.arange(current.size, dtype=float), current_A=current,
+            between=Between.HOLD, ambient_K=ambient_K, longest_step_s=period_s,
+        )  # fmt: skip
+        return Manoeuvre(words=words, load=load, full=full)
 
     yield test(
         "hover until 80 % is drawn, then leave the pack connected at rest for 5 min",
@@ -48,8 +55,8 @@ def manoeuvres(pack: Pack, mean_A: float, peak_A: float) -> Iterator[Manoeuvre]:
     )  # fmt: skip
     yield test(
         "from a full, rested pack: 5 s of full throttle every 30 s, ten times",
-        *((peak_A, 5.0), (0.2 * mean_A, 25.0)) * 10,
-    )
+        *((peak_A, 5.0), (0.2 * mean_A, 25.0)) * 10, full=True,
+    )  # fmt: skip
     yield test(
         "a slow discharge at a tenth of the hover current until empty",
         (0.1 * mean_A, 0.95 * pack.initial_soc * full_C / (0.1 * mean_A)),
@@ -58,9 +65,10 @@ def manoeuvres(pack: Pack, mean_A: float, peak_A: float) -> Iterator[Manoeuvre]:
         "fly 1 min, rest 10 min, and fly 1 min again",
         (mean_A, 60.0), (0.0, 600.0), (mean_A, 60.0),
     )  # fmt: skip
-    yield test("leave the full pack connected without load for an hour", (0.0, 3600.0))
+    idle = "leave the full pack connected without load for an hour"
+    yield test(idle, (0.0, 3600.0), full=True)
     yield test("hover without pause until the pack is empty", (mean_A, hover_s / 0.8))
-    yield test("full throttle for 60 s from full", (peak_A, 60.0))
+    yield test("full throttle for 60 s from full", (peak_A, 60.0), full=True)
 
 
 def advise(models: Sequence[Fitted], noise_V: float) -> str:
@@ -69,13 +77,14 @@ def advise(models: Sequence[Fitted], noise_V: float) -> str:
         return ""
     flights = models[0].problem.flights
     current = np.concatenate([f.load.current_A[f.judged] for f in flights])
-    mean_A, peak_A = float(current.mean()), float(np.quantile(current, 0.99))
-    if mean_A <= 0:
+    drawn_A = current[current > 0]
+    if not drawn_A.size or drawn_A.mean() < LEAST_C * flights[0].pack.rated_C / 3600:
         return ""
+    mean_A, peak_A = float(drawn_A.mean()), float(np.quantile(drawn_A, 0.99))
     packs = [m.problem.pack(m.q, 0) for m in models]
     found = [
-        (_least_apart_V([_answer_V(p, t.load) for p in packs]), t)
-        for t in manoeuvres(flights[0].pack, mean_A, peak_A)
+        (_least_apart_V([_answer_V(_full(p) if t.full else p, t.load) for p in packs]), t)
+        for t in manoeuvres(flights[0].pack, mean_A, peak_A, flights[0].load.ambient_K)
     ]
     apart_V, test = max(found, key=lambda pair: pair[0])
     if apart_V < WORTH * noise_V / np.sqrt(10.0):  # ten samples tell as much as one
@@ -84,6 +93,16 @@ def advise(models: Sequence[Fitted], noise_V: float) -> str:
             "cells' voltages or the temperature, or check the sensors"
         )
     return f"{test.words}: the candidates then differ by {1e3 * apart_V:.0f} mV rms"
+
+
+def _full(pack: Pack) -> Pack:
+    """Charged: the fullest of its cells is full, whatever it started a recording with."""
+    effects = (e for e in pack.effects if not isinstance(e, InitialSoc))
+    own = (
+        replace(e, soc_offset=min(e.soc_offset, 0.0)) if isinstance(e, WeakCell) else e
+        for e in effects
+    )
+    return replace(pack, initial_soc=1.0, soc_by_rest=False, effects=tuple(own))
 
 
 def _answer_V(pack: Pack, load: Load) -> FloatArray:

@@ -42,11 +42,12 @@ LIKELY = 0.5
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Decision:
-    """A verdict, the model it rests on, and the effects in it."""
+    """A verdict, the model it rests on, the effects in it, and all models it was chosen from."""
 
     verdict: Verdict
     model: Model
     effects: tuple[NamedEffect, ...]
+    among: tuple[Model, ...] = ()
 
 
 def decide(
@@ -86,7 +87,7 @@ def decide(
         _named(h, numbers[h.id], best, models, scale) for h in best.fitted.problem.hypotheses
     )
     verdict = Verdict.NAMED if all(_clear(e, models) for e in effects) else Verdict.AMBIGUOUS
-    return Decision(verdict=verdict, model=best, effects=effects)
+    return Decision(verdict=verdict, model=best, effects=effects, among=tuple(models))
 
 
 def _clear(e: NamedEffect, models: Sequence[Model]) -> bool:

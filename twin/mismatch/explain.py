@@ -6,7 +6,7 @@ from dataclasses import replace
 import numpy as np
 
 from twin.mismatch.advice import advise
-from twin.mismatch.choose import ALIKE, Model, models, scale_of
+from twin.mismatch.choose import ALIKE, models, scale_of
 from twin.mismatch.contradict import contradiction
 from twin.mismatch.decide import Decision, candidates, decide
 from twin.mismatch.finding import Course, Errors, Finding, Span, Verdict
@@ -75,7 +75,7 @@ def explain(  # noqa: PLR0913
             held_out_after=best.held_out_rms_V(),
         ),
         candidates=candidates(found),
-        advice=_advice(decision, found, data.noise_V),
+        advice=_advice(decision, data.noise_V),
         courses=_courses(data, best),
         remarks=(*remarks, *(_starts(null.fitted) if decision.verdict is Verdict.NONE else ())),
     )
@@ -129,12 +129,12 @@ def _residual_V(flight: Flight) -> FloatArray:
     return out
 
 
-def _advice(decision: Decision, found: Sequence[Model], noise_V: float) -> str:
+def _advice(decision: Decision, noise_V: float) -> str:
     """For effects that look alike, or several that remain."""
     best = decision.model
     rivals = [
         m.fitted
-        for m in found
+        for m in decision.among
         if best.log_evidence - m.log_evidence < ALIKE and not set(best.ids) < set(m.ids)
     ]
     return advise(rivals[:MOST_COMPARED], noise_V) if best.ids else ""

@@ -51,7 +51,7 @@ def read_hidden_csv(stream: TextIO, *, name: str) -> HiddenTable:
             f"{name}: expected a column for time, such as 'time_s', and one for temperature "
             f"('temperature_c') or for cells ('cell_1_v'); the first line has {header}"
         )
-    lines = [(rows.line_num, row) for row in rows if row]
+    lines = [(rows.line_num, row) for row in rows if any(text.strip() for text in row)]
     stamps = _values(lines, time, name)
     lines = [
         line for line, new in zip(lines, np.diff(stamps, prepend=-np.inf) != 0, strict=True) if new

@@ -1,6 +1,6 @@
 """Where a residual is more than noise, and what it follows."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from itertools import pairwise
 
 import numpy as np
@@ -200,12 +200,3 @@ def _blocks(time_s: FloatArray) -> list[int]:
 def _usual(motion: npt.NDArray[np.str_]) -> str:
     names, counts = np.unique(motion, return_counts=True)
     return str(names[int(np.argmax(counts))])
-
-
-def by_motion(flight: Flight, residual_V: FloatArray) -> Iterator[tuple[str, float]]:
-    """Each motion with its share of the squares of the residual."""
-    good = flight.judged & np.isfinite(residual_V)
-    total = float(np.sum(residual_V[good] ** 2)) or 1.0
-    for name in np.unique(flight.motion[good]):
-        own = good & (flight.motion == name)
-        yield str(name), float(np.sum(residual_V[own] ** 2)) / total

@@ -24,7 +24,8 @@ BoolArray = npt.NDArray[np.bool_]
 
 THIRD = np.sqrt(20.0)  # of third differences over white noise: 1 + 9 + 9 + 1
 NORMAL = 0.6745  # median of |x| of a normal distribution
-LEAST_V = 1e-4
+LEAST_V = 1e-4  # of a recording too short to tell as well
+LEAST_THIRD = 12  # third differences, of which a spread can be told
 REACH = 10  # samples before and after, at whose current a residual may follow it
 LONGEST_S = 1.0  # of samples that are taken together: slower is physics
 HUBER = 1.345  # deviations, up to which squares count: 95 % efficient if all are normal
@@ -71,8 +72,8 @@ class Unseen:
     quick_s: float
 
 
-def white_V(residual_V: FloatArray, current_A: FloatArray, period_s: float) -> float:
-    """Standard deviation of white noise as dense as that of residuals (n,) [V].
+def white_V(residual_V: FloatArray, current_A: FloatArray, period_s: float) -> float | None:
+    """Standard deviation of white noise as dense as that of residuals (n,) [V]; None of too few.
 
     From third differences: what is smooth cancels; what jumps with the current, as far as it is in
     proportion to it and to its neighbours (up to REACH, so that a clock or a sensor that is late is
@@ -81,10 +82,8 @@ def white_V(residual_V: FloatArray, current_A: FloatArray, period_s: float) -> f
     to sample and shows in the means. The largest counts.
     """
     sizes = [size for size in (1, 2, 4, 8) if size == 1 or size * period_s <= LONGEST_S]
-    spreads = [
-        sqrt(size) * _spread_V(_means(residual_V, size), _means(current_A, size)) for size in sizes
-    ]
-    return max(spreads)
+    spreads = [(k, _spread_V(_means(residual_V, k), _means(current_A, k))) for k in sizes]
+    return max((sqrt(k) * spread for k, spread in spreads if spread is not None), default=None)
 
 
 def _means(values: FloatArray, size: int) -> FloatArray:
@@ -93,12 +92,12 @@ def _means(values: FloatArray, size: int) -> FloatArray:
     return np.asarray(values[:whole].reshape(-1, size).mean(axis=1), dtype=float)
 
 
-def _spread_V(residual_V: FloatArray, current_A: FloatArray) -> float:
+def _spread_V(residual_V: FloatArray, current_A: FloatArray) -> float | None:
     """Standard deviation of one value about what is smooth and what follows the current [V]."""
     third, drive = np.diff(residual_V, n=3), np.diff(current_A, n=3)
     reach = min(REACH, third.size // 40)
-    if third.size < 12:
-        return LEAST_V
+    if third.size < LEAST_THIRD:
+        return None
     places = range(-max(reach, 1), max(reach, 1) + 1)
     good = slice(places.stop - 1, third.size - places.stop + 1)
     bent = [np.diff(current_A**power, n=3)[good] for power in (2, 3)]
@@ -111,8 +110,9 @@ def _spread_V(residual_V: FloatArray, current_A: FloatArray) -> float:
 
 def step_V(voltage_V: FloatArray) -> float:
     """The step in which a voltage was recorded, 0 if it has none that can be seen [V]."""
-    levels = np.unique(voltage_V[np.isfinite(voltage_V)])
-    if levels.size < 2 or levels.size > voltage_V.size / 3:
+    known_V = voltage_V[np.isfinite(voltage_V)]
+    levels = np.unique(known_V)
+    if levels.size < 2 or levels.size > known_V.size / 3:
         return 0.0
     return float(np.median(np.diff(levels)))
 

@@ -21,7 +21,7 @@ def _content(finding: Finding) -> dict[str, Any]:
         "location": {
             "spans": [_span(s) for s in finding.spans],
             "drivers": [
-                {"quantity": d.quantity, "explained": d.explained} for d in finding.drivers
+                {"quantity": _id(d.quantity), "explained": d.explained} for d in finding.drivers
             ],
         },
         "rmse_mv": {
@@ -33,7 +33,7 @@ def _content(finding: Finding) -> dict[str, Any]:
         },
         "candidates": [_candidate(c) for c in finding.candidates],
         "terms": [
-            {"quantity": t.quantity, "size_mv": 1e3 * t.size_V, "explained": t.explained}
+            {"quantity": _id(t.quantity), "size_mv": 1e3 * t.size_V, "explained": t.explained}
             for t in finding.terms
         ],
         "advice": finding.advice,
@@ -76,3 +76,8 @@ def _candidate(c: Candidate) -> dict[str, Any]:
         "probability": c.probability,
         "excess": c.excess,
     }
+
+
+def _id(quantity: str) -> str:
+    """What a program calls it: `temperature_rise`."""
+    return quantity.replace(" ", "_")

@@ -18,8 +18,9 @@ from twin.mismatch.bagged import stretches
 from twin.mismatch.channels import Whitening, channels
 from twin.mismatch.flight import Flight
 from twin.mismatch.hypothesis import Hypothesis, coordinate_of, value_of
+from twin.mismatch.left import beyond_cut_offs, left_V
 from twin.mismatch.noise import Whitener
-from twin.pack import Pack, PackError
+from twin.pack import Pack
 from twin.simulate import simulate
 from twin.solution import Solution
 
@@ -30,7 +31,6 @@ B = TypeVar("B")
 
 START_SOC = 0.002
 """Tolerance of the state of charge at the start, standard deviation."""
-BEYOND_V = 1.0  # a cell goes on for so long beyond its cut-offs
 DIFFERENCE = 1e-4
 """Of coordinates, forward. A simulation is smooth in its numbers: one step a sample, Newton to
 rounding; derivatives agree with the exact ones of `sensitivity.py` to 1e-3 (test). Measurement
@@ -160,22 +160,21 @@ class Problem:
         return replace(pack, initial_soc=min(max(start, 0.0), 1.0))
 
     def residual_V(self, q: FloatArray, flight: int) -> FloatArray:
-        """(n,) recorded minus simulated; where the twin is empty before, as if it stood there."""
+        """(n,) recorded minus simulated, see `left_V`."""
         return self._residuals(q, flight)[0]
 
     def _residuals(self, q: FloatArray, flight: int) -> list[FloatArray]:
         """(n,) of the voltage, and of each channel beyond it."""
         own, pack = self.flights[flight], self._packs[flight]
-        solution: Solution | None = None
+        solution: Solution | None
         try:
             solution = simulate(self.pack(q, flight), own.load)
-        except (ValueError, PackError):
-            simulated_V = np.zeros(0)
-        else:
-            simulated_V = solution.voltage_V
-        out = own.voltage_V - pack.series * pack.cell.lower_cut_off_V
-        out[: simulated_V.size] = own.voltage_V[: simulated_V.size] - simulated_V
-        return [out, *(c.residual(solution) for c in self._channels[flight])]
+        except ValueError:
+            solution = None
+        return [
+            left_V(own, pack, solution),
+            *(c.residual(solution) for c in self._channels[flight]),
+        ]
 
     def _whiten(self, flight: int) -> list[Whitener | Whitening]:
         """In the order of `_residuals`."""
@@ -267,17 +266,6 @@ class Problem:
 
     def _columns(self, flight: int) -> list[int]:
         return [*range(len(self._terms)), len(self._terms) + flight]
-
-
-def beyond_cut_offs(pack: Pack) -> Pack:
-    """Its cells go on a while where they should stop: who is empty too early can be compared."""
-    cell = pack.cell
-    wide = replace(
-        cell,
-        lower_cut_off_V=cell.lower_cut_off_V - BEYOND_V,
-        upper_cut_off_V=cell.upper_cut_off_V + BEYOND_V,
-    )
-    return replace(pack, cell=wide)
 
 
 def parallel(work: Callable[[A], B], items: Sequence[A]) -> list[B]:

@@ -16,8 +16,7 @@ MEMORIES_S = (3.0, 30.0, 300.0)
 def quantities(load: Load, solution: Solution) -> Mapping[str, FloatArray]:
     """Name -> (n,) at the samples that were simulated.
 
-    Names end in their unit in words; memories are exponential, of the current (`lag`) or of its
-    square, which is heat (`heating history`).
+    Memories are exponential, of the current or of its square, which is heat.
     """
     n = solution.time_s.size
     time_s, current_A = load.time_s[:n], load.current_A[:n]
@@ -30,7 +29,7 @@ def quantities(load: Load, solution: Solution) -> Mapping[str, FloatArray]:
         "time since the start": time_s - time_s[0] if n else time_s,
         "voltage": solution.voltage_V,
         "state of charge": solution.soc,
-        "temperature rise of the twin": solution.temperature_K,
+        "temperature rise": solution.temperature_K - solution.temperature_K[:1],
     }
     for memory_s in MEMORIES_S:
         out[f"current with a memory of {memory_s:g} s"] = remembered(time_s, current_A, memory_s)

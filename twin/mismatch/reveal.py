@@ -11,7 +11,7 @@ import numpy as np
 from twin.load import Load
 from twin.mismatch.flight import FloatArray, MismatchError
 from twin.mismatch.hidden_csv import HiddenTable
-from twin.mismatch.problem import beyond_cut_offs
+from twin.mismatch.left import beyond_cut_offs
 from twin.pack import Pack
 from twin.simulate import simulate
 
@@ -88,7 +88,9 @@ def reveal(
     after = dict(_predicted(adopted, load, table)) if adopted else {}
     out = []
     for channel, measured in _measured(table, configured.series):
-        best = (after or before)[channel]
+        best = after.get(channel, before[channel])
+        if not np.isfinite(best).any():  # what was adopted cannot follow: its error is none
+            best = before[channel]
         good = np.isfinite(measured) & np.isfinite(best)
         if good.any():
             out.append(
@@ -98,7 +100,7 @@ def reveal(
                     time_s=table.time_s[good],
                     measured=measured[good],
                     before=before[channel][good],
-                    after=best[good] if after else None,
+                    after=after[channel][good] if after else None,
                 )
             )
     if not out:
@@ -126,6 +128,7 @@ def _predicted(pack: Pack, load: Load, table: HiddenTable) -> Iterator[tuple[Hid
         return np.interp(table.time_s, solution.time_s, values, left=np.nan, right=np.nan)
 
     if not solution.time_s.size:
+        yield from ((channel, np.full(table.time_s.size, np.nan)) for channel in Hidden)
         return
     yield Hidden.TEMPERATURE, at(solution.temperature_K)
     for channel, values in _ranked(solution.cell_voltage_V, all_there=True):
@@ -133,10 +136,12 @@ def _predicted(pack: Pack, load: Load, table: HiddenTable) -> Iterator[tuple[Hid
 
 
 def _ranked(cells: FloatArray, *, all_there: bool) -> Iterator[tuple[Hidden, FloatArray]]:
-    """The lowest on average, and the mean of the others."""
-    weakest = int(np.argmin(np.nanmean(cells, axis=1)))
+    """The lowest on average, and the mean of the others where each was measured."""
+    told = [own[np.isfinite(own)] for own in cells]
+    means_V = [own.mean() if own.size else np.inf for own in told]
+    weakest = int(np.argmin(means_V))
     yield Hidden.WEAKEST_CELL, cells[weakest]
-    if all_there and cells.shape[0] > 1:
+    if all_there and all(own.size for own in told) and cells.shape[0] > 1:
         yield Hidden.OTHER_CELLS, np.delete(cells, weakest, axis=0).mean(axis=0)
 
 

@@ -7,8 +7,8 @@ from math import sqrt
 import numpy as np
 
 from twin.mismatch.fit import Data, Fitted
-from twin.mismatch.flight import BoolArray, Flight, FloatArray, MismatchError
-from twin.mismatch.noise import Noise, Whitener, step_V, white_V, whitener
+from twin.mismatch.flight import Flight, FloatArray, MismatchError
+from twin.mismatch.noise import LEAST_V, Noise, Whitener, step_V, white_V, whitener
 from twin.mismatch.problem import Problem
 from twin.mismatch.unseen import unseen
 from twin.pack import Pack
@@ -34,6 +34,7 @@ as a weak cell does, is in the last block alone, and no fit knows of it where th
 GAP_S = 5.0  # between blocks, longer than what is remembered in the fast part of a residual
 SHARPER = 0.9  # of the noise that was thought
 LEAST_SAMPLES = 50
+LEAST_OF_A_PART = 10  # of a single recording: what is fitted of it, and what is held out
 LEAST_S = 15.0
 
 
@@ -55,14 +56,10 @@ def split(
         check(flight)
     if not held_out and len(fitted) > 1:
         fitted, held_out = fitted[:-1], fitted[-1:]
-    if not held_out:
-        own = fitted[0]
-        first, second = _blocks(own)
-        fitted = [replace(own, judged=own.judged & first)]
-        held_out = [replace(own, judged=own.judged & second)]
-    noises = {f.name: noise_of(f, slow_V) for f in (*fitted, *held_out)}
-    parts = [tuple((f, _whitener(f, noises[f.name])) for f in part) for part in (fitted, held_out)]
-    return Data(parts[0], parts[1])
+    if held_out:
+        return Data(*(tuple(whitened(f, slow_V) for f in part) for part in (fitted, held_out)))
+    noise = noise_of(fitted[0], slow_V)
+    return Data(*(((part, _whitener(part, noise)),) for part in _blocks(fitted[0])))
 
 
 def check(flight: Flight) -> None:
@@ -82,13 +79,19 @@ def check(flight: Flight) -> None:
 
 
 def noise_of(flight: Flight, slow_V: float | None) -> Noise:
-    """What is chance in one recording, by the twin as configured."""
+    """What is chance in one recording, by the twin as configured.
+
+    If that ends within the first half, by the voltage alone from there on.
+    """
     simulated_V = simulate(flight.pack, flight.load).voltage_V
-    residual_V = np.full(flight.time_s.size, np.nan)
     n = simulated_V.size
-    residual_V[:n] = flight.voltage_V[:n] - simulated_V
+    residual_V = np.append(flight.voltage_V[:n] - simulated_V, flight.voltage_V[n:])
+    before = np.arange(residual_V.size) < n
+    half = np.count_nonzero(flight.judged) / 2
+    longer = before if np.count_nonzero(flight.judged & before) >= half else ~before
+    told = replace(flight, judged=flight.judged & longer)
     return Noise(
-        white_V=_white_V(flight, residual_V),
+        white_V=_white_V(told, residual_V) or LEAST_V,
         slow_V=SLOW_V * flight.pack.series if slow_V is None else slow_V * sqrt(1 - ALONG),
         slow_s=SLOW_S if slow_V is None else STATED_S,
         along_V=0.0 if slow_V is None else slow_V * sqrt(ALONG),
@@ -119,7 +122,7 @@ def sharpened(data: Data, best: Fitted) -> Data | None:
     ) -> tuple[tuple[Flight, Whitener], ...]:
         whites = [_white_V(flight, problem.residual_V(q, k)) for k, (flight, _) in enumerate(own)]
         noises = [
-            replace(w.noise, white_V=min(white, w.noise.white_V))
+            w.noise if white is None else replace(w.noise, white_V=min(white, w.noise.white_V))
             for (_, w), white in zip(own, whites, strict=True)
         ]
         return tuple(
@@ -131,19 +134,27 @@ def sharpened(data: Data, best: Fitted) -> Data | None:
     return finer if finer.noise_V < SHARPER * data.noise_V else None
 
 
-def _white_V(flight: Flight, residual_V: FloatArray) -> float:
-    counted = flight.judged & np.isfinite(residual_V)
+def _white_V(flight: Flight, residual_V: FloatArray) -> float | None:
+    """By the samples that count; None if they are too few to tell."""
+    counted = flight.judged
     dt = np.diff(flight.time_s[counted])
     period_s = float(np.median(dt)) if dt.size else 1.0
     white = white_V(residual_V[counted], flight.load.current_A[counted], period_s)
-    return float(max(white, step_V(flight.voltage_V) / np.sqrt(12.0)))
+    return None if white is None else max(white, step_V(flight.voltage_V) / sqrt(12.0))
 
 
-def _blocks(flight: Flight) -> tuple[BoolArray, BoolArray]:
-    """Which samples are fitted and which judged: blocks in turn, GAP_S between them in neither."""
+def _blocks(flight: Flight) -> tuple[Flight, Flight]:
+    """What is fitted and what is held out: blocks in turn, GAP_S between them in neither."""
     t = flight.time_s
     judged_s = t[flight.judged]
     start_s, length_s = judged_s[0], (judged_s[-1] - judged_s[0]) / BLOCKS
     number = np.clip((t - start_s) // length_s, 0, BLOCKS - 1)
     inside = (t - start_s) - number * length_s >= min(GAP_S, length_s / 3) * (number > 0)
-    return inside & (number % 2 == 0), inside & (number % 2 == 1)
+    whole = [flight.judged & inside & (number % 2 == place) for place in range(2)]
+    if (least := min(map(np.count_nonzero, whole))) < LEAST_OF_A_PART:
+        raise MismatchError(
+            f"{flight.name}: of every second of its {BLOCKS} parts {least} samples are left, "
+            f"expected {LEAST_OF_A_PART} or more: give a recording without such gaps, or a second "
+            "one to hold out"
+        )
+    return replace(flight, judged=whole[0]), replace(flight, judged=whole[1])

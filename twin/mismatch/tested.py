@@ -84,7 +84,9 @@ def by_calibration(found: Calibration, tests: Sequence[ReferenceTest]) -> Tested
         own.append(SelfHeating(heat_transfer_W_m2_K=transfer))
     ids, before = [e.id for e in own], found.problem.pack
     effects = (*(e for e in before.effects if e.id not in ids), *own)
-    pack = replace(before, cell=calibrated_cell(found), capacity_C=None, effects=effects)
+    pack = replace(
+        before, cell=calibrated_cell(found), capacity_C=None, effects=effects, standard_errors={}
+    )  # else they would count twice
 
     def started(place: int) -> Pack:
         soc = found.problem.mapped(found.q, place).numbers["initial_soc"]

@@ -14,8 +14,9 @@ import numpy as np
 
 from twin.load import Between, Load
 from twin.mismatch.flight import FloatArray
+from twin.mismatch.left import beyond_cut_offs
 from twin.mismatch.noise import Unseen
-from twin.mismatch.problem import beyond_cut_offs, parallel
+from twin.mismatch.problem import parallel
 from twin.pack import Pack
 from twin.simulate import simulate
 

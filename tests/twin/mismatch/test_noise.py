@@ -41,6 +41,9 @@ def test_steps_of_a_rounded_voltage_are_seen(random: np.random.Generator) -> Non
     voltage = 15.0 + random.normal(0.0, 0.3, N)
     assert step_V(np.round(voltage / 0.025) * 0.025) == pytest.approx(0.025)
     assert step_V(voltage) == 0.0
+    apart = np.full(10 * voltage.size, np.nan)  # as where samples were added between
+    apart[::10] = voltage
+    assert step_V(apart) == 0.0
 
 
 @pytest.mark.parametrize("together_s", [0.0, 1.0])

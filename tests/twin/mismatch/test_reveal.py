@@ -7,8 +7,10 @@ import numpy as np
 import pytest
 
 from tests.twin.mismatch.recordings import flown, pack
-from twin.effects import SelfHeating, WeakCell
+from twin.effects import SelfHeating, SeriesResistance, WeakCell
 from twin.mismatch import Hidden, HiddenTable, MismatchError, read_hidden_csv, reveal, reveal_json
+from twin.mismatch.left import beyond_cut_offs
+from twin.pack import Pack
 from twin.simulate import simulate
 
 
@@ -31,7 +33,9 @@ def test_columns_are_told_by_quantity_and_unit() -> None:
 
 def test_units_at_the_end_of_long_headers_and_times_that_stand_twice() -> None:
     """As laboratories and simulators write them."""
-    table = read("test_time_second,cell_temp_C,temperature_t2_celsius\n0,20,1\n0,30,1\n1,21,1\n")
+    table = read(
+        "test_time_second,cell_temp_C,temperature_t2_celsius\n0,20,1\n0,30,1\n1,21,1\n,,\n"
+    )
     assert table.time_s.tolist() == [0.0, 1.0]
     assert table.temperature_K is not None
     assert table.temperature_K.tolist() == [293.15, 294.15]
@@ -46,7 +50,7 @@ def test_units_at_the_end_of_long_headers_and_times_that_stand_twice() -> None:
         ("time_s,temperature_c\n0,1\n1,x\n", "line 3: 'x' is no number"),
         ("time_s,temperature_c\n1,1\n0,1\n", "time increasing"),
         ("time_s,temperature_c\n1,1\n1,1\n", "two lines or more"),
-        ("time_s,temperature_c\n1,1\n", "two lines or more"),
+        ("time_s,temperature_c\n1,1\n,,\n", "two lines or more"),
     ],
 )
 def test_a_bad_file_is_refused_with_the_place(text: str, said: str) -> None:
@@ -95,6 +99,34 @@ def test_a_start_that_is_off_by_a_constant_does_not_spoil_the_change() -> None:
     assert found.change_rms(found.before) < 1e-9
     assert found.after is None
     assert reveal_json([found])["channels"][0]["rmse_after"] is None
+
+
+@pytest.mark.parametrize("ended", ["configured", "adopted"])
+def test_a_twin_that_is_empty_at_once_predicts_nothing(ended: str) -> None:
+    table, *effects = hidden()
+    twins: dict[str, Pack | None] = dict.fromkeys(
+        ("configured", "adopted"), replace(pack(), effects=tuple(effects))
+    )
+    empty = replace(pack(), effects=(SeriesResistance(resistance_ohm=100.0),))
+    assert not simulate(beyond_cut_offs(empty), flown().load).time_s.size
+    found = reveal(table, flight="f", load=flown().load, **(twins | {ended: empty}))
+    assert [r.channel for r in found] == list(Hidden)
+    for r in found:
+        assert r.after is not None
+        assert np.isnan(r.rms(r.before)) == (ended == "configured")
+        assert np.isnan(r.rms(r.after)) == (ended == "adopted")
+
+
+def test_a_cell_that_was_not_measured_is_not_the_weakest() -> None:
+    table, _, _ = hidden()
+    cells_V = table.cell_voltage_V.copy()
+    cells_V[3] = np.nan
+    found = reveal(
+        replace(table, cell_voltage_V=cells_V), flight="f", load=flown().load, configured=pack(),
+        adopted=None,
+    )  # fmt: skip
+    assert [r.channel for r in found] == [Hidden.TEMPERATURE, Hidden.WEAKEST_CELL]
+    assert np.array_equal(found[1].measured, cells_V[0])
 
 
 def test_of_some_cells_only_the_weakest_is_compared() -> None:

@@ -111,6 +111,8 @@ def test_a_calibration_says_what_its_tests_tell() -> None:
             assert std == pytest.approx(both[effect][name], rel=0.2)  # by other rates
     named = '[pack]\nname = "mine"\ncell = "lipo_2200"\nseries = 1\n'
     before = parse_pack_file(named, name="pack.toml")
+    known = replace(found, problem=problem_of(replace(own, standard_errors=got), tests, only=free))
+    assert by_calibration(known, tests) == got  # its tests do not count twice
     written = pack_text(found, own, before, cell="cell.bpx.json", standard_errors=got)
     assert parse_pack_file(written, name="new.toml").standard_errors == got
     ended = [replace(f, simulated_V=np.full_like(f.measured_V, np.nan)) for f in found.fitted]

@@ -1,0 +1,61 @@
+"""What is fitted, what is judged and what is noise, of recordings long and short."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from tests.twin.mismatch.recordings import NOISE_V, flown, pack
+from twin.load import Load
+from twin.mismatch import Flight, MismatchError
+from twin.mismatch.left import beyond_cut_offs, left_V
+from twin.mismatch.split import noise_of, split
+from twin.simulate import simulate
+from twin.solution import Status
+
+
+def at_1_hz(seconds: int) -> Flight:
+    """A steady discharge, logged once a second."""
+    time_s = np.arange(float(seconds))
+    load = Load(time_s=time_s, current_A=np.full(seconds, 8.0))
+    noise_V = np.random.default_rng(1).normal(0.0, NOISE_V, seconds)
+    voltage_V = simulate(pack(), load).voltage_V + noise_V
+    return Flight(
+        name="1 Hz", pack=pack(), load=load, voltage_V=voltage_V,
+        judged=np.ones(seconds, dtype=bool), motion=np.full(seconds, ""),
+    )  # fmt: skip
+
+
+def test_the_noise_of_a_short_recording_is_that_of_all_of_it() -> None:
+    """Its parts that are held out are 15 samples, which tell none."""
+    data = split([at_1_hz(54)], [])
+    fitted, ahead = (whiten.noise.white_V for _, whiten in (*data.fitted, *data.held_out))
+    assert fitted == ahead == pytest.approx(NOISE_V, rel=0.3)
+
+
+def test_a_twin_that_is_empty_at_once_leaves_the_noise_that_is_there() -> None:
+    flight = flown(seed=1)
+    empty = replace(flight, pack=replace(pack(), initial_soc=0.02))
+    assert simulate(empty.pack, empty.load).time_s.size < 100
+    assert noise_of(empty, None).white_V == pytest.approx(noise_of(flight, None).white_V, rel=0.2)
+
+
+def test_a_recording_of_which_nothing_would_be_held_out_is_refused() -> None:
+    flight = flown(seed=1)
+    there = (flight.time_s < 15) | (flight.time_s > 105)
+    with pytest.raises(MismatchError, match="of every second of its 7 parts 0 samples are left"):
+        split([replace(flight, judged=there)], [])
+
+
+@pytest.mark.parametrize(("current_A", "status"), [(8.0, "LOWER"), (-8.0, "UPPER")])
+def test_where_a_twin_has_ended_it_stands_at_its_cut_off(current_A: float, status: str) -> None:
+    own = beyond_cut_offs(replace(pack(), initial_soc=0.03 if current_A > 0 else 0.99))
+    load = Load(time_s=np.arange(1000.0), current_A=np.full(1000, current_A))
+    flight = Flight(
+        name="on and on", pack=own, load=load, voltage_V=np.full(1000, 16.0),
+        judged=np.ones(1000, dtype=bool), motion=np.full(1000, ""),
+    )  # fmt: skip
+    solution = simulate(own, load)
+    assert solution.status is Status[f"{status}_CUT_OFF"]
+    end_V = getattr(own.cell, f"{status.lower()}_cut_off_V")
+    assert left_V(flight, own, solution)[-1] == pytest.approx(16.0 - 4 * end_V)

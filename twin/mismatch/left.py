@@ -1,0 +1,37 @@
+"""What a twin leaves of a recording: recorded minus simulated, its cut-offs out of the way."""
+
+from dataclasses import replace
+
+from twin.mismatch.flight import Flight, FloatArray
+from twin.pack import Pack
+from twin.solution import Solution, Status
+
+BEYOND_V = 1.0  # a cell goes on for so long beyond its cut-offs
+
+
+def beyond_cut_offs(pack: Pack) -> Pack:
+    """Its cells go on a while where they should stop: who is empty too early can be compared."""
+    cell = pack.cell
+    wide = replace(
+        cell,
+        lower_cut_off_V=cell.lower_cut_off_V - BEYOND_V,
+        upper_cut_off_V=cell.upper_cut_off_V + BEYOND_V,
+    )
+    return replace(pack, cell=wide)
+
+
+def left_V(flight: Flight, pack: Pack, solution: Solution | None) -> FloatArray:
+    """(n,) recorded minus simulated; from where the twin has ended, as if it stood at its cut-off.
+
+    Args:
+        flight: the recording.
+        pack: that was simulated, as `beyond_cut_offs` gives it.
+        solution: None if no cell can be so.
+    """
+    full = solution is not None and solution.status is Status.UPPER_CUT_OFF
+    end_V = pack.cell.upper_cut_off_V if full else pack.cell.lower_cut_off_V
+    out = flight.voltage_V - pack.series * end_V
+    if solution is not None:
+        n = solution.voltage_V.size
+        out[:n] = flight.voltage_V[:n] - solution.voltage_V
+    return out
