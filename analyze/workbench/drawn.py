@@ -65,6 +65,7 @@ class Drawn:
         segments: of a log, cut by motion.
         temperature_K: (n,) of the pack, NaN where it was not measured; None if it never was.
         cell_voltage_V: (n, cells) likewise.
+        recorded: (n,) bool, the samples that were not added; None if none was.
     """
 
     name: str
@@ -77,6 +78,7 @@ class Drawn:
     segments: tuple[Segment, ...] = ()
     temperature_K: FloatArray | None = None
     cell_voltage_V: FloatArray | None = None
+    recorded: npt.NDArray[np.bool_] | None = None
 
 
 @contextmanager
@@ -163,8 +165,8 @@ def _refined(drawn: Drawn) -> Drawn:
     """With samples added where they lie further apart than a step may be long."""
     fine = graded(drawn.load, drawn.pack.rated_C)
     where = np.searchsorted(fine.time_s, drawn.load.time_s)
-    judged = np.zeros(fine.time_s.shape, dtype=bool)
-    judged[where] = drawn.judged
+    judged, recorded = (np.zeros(fine.time_s.shape, dtype=bool) for _ in range(2))
+    judged[where], recorded[where] = drawn.judged, True
 
     def spread(values: FloatArray) -> FloatArray:
         out = np.full((fine.time_s.size, *values.shape[1:]), np.nan)
@@ -177,6 +179,7 @@ def _refined(drawn: Drawn) -> Drawn:
         load=fine,
         recorded_V=spread(drawn.recorded_V),
         judged=judged,
+        recorded=recorded,
         temperature_K=None if warm is None else spread(warm),
         cell_voltage_V=None if cells is None else spread(cells),
     )

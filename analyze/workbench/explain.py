@@ -194,6 +194,7 @@ def flight_of(drawn: Drawn, name: str) -> Flight:
         motion=motions_at(drawn.load.time_s, drawn.segments),
         temperature_K=drawn.temperature_K,
         cell_voltage_V=drawn.cell_voltage_V,
+        recorded=drawn.recorded,
     )
 
 

@@ -1,6 +1,6 @@
 """A recording of a pack beside the twin that is meant to answer it."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import numpy.typing as npt
@@ -10,6 +10,9 @@ from twin.pack import Pack
 
 FloatArray = npt.NDArray[np.float64]
 BoolArray = npt.NDArray[np.bool_]
+
+
+OF_SAMPLES = ("voltage_V", "judged", "motion", "temperature_K", "cell_voltage_V", "recorded")
 
 
 class MismatchError(ValueError):
@@ -29,6 +32,7 @@ class Flight:
         motion: (n,) what the vehicle did, or "" where that is not known.
         temperature_K: (n,) of the pack, NaN where it was not measured; None if it never was.
         cell_voltage_V: (n, cells) likewise.
+        recorded: (n,) which samples of the load were recorded; None if none were added between.
     """
 
     name: str
@@ -39,9 +43,10 @@ class Flight:
     motion: npt.NDArray[np.str_]
     temperature_K: FloatArray | None = None
     cell_voltage_V: FloatArray | None = None
+    recorded: BoolArray | None = None
 
     def __post_init__(self) -> None:
-        for name in ("voltage_V", "judged", "motion", "temperature_K", "cell_voltage_V"):
+        for name in OF_SAMPLES:
             values = getattr(self, name)
             if values is not None and values.shape[:1] != self.load.time_s.shape:
                 raise MismatchError(
@@ -53,3 +58,13 @@ class Flight:
     def time_s(self) -> FloatArray:
         """(n,) of the samples."""
         return self.load.time_s
+
+    @property
+    def recorded_load(self) -> Load:
+        """Without what was added between its samples."""
+        at, load = self.recorded, self.load
+        return (
+            load
+            if at is None
+            else replace(load, time_s=load.time_s[at], current_A=load.current_A[at])
+        )

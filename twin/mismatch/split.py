@@ -107,7 +107,14 @@ def whitened(flight: Flight, slow_V: float | None) -> tuple[Flight, Whitener]:
 
 def _whitener(flight: Flight, noise: Noise, pack: Pack | None = None) -> Whitener:
     """`pack`: the twin that says how a voltage moves with what is unseen; that as configured."""
-    between = unseen(pack or flight.pack, flight.load)
+    own = flight.recorded_load
+    between = unseen(pack or flight.pack, own)
+    if between is not None and flight.recorded is not None:
+        between = replace(
+            between,
+            walk_V=np.interp(flight.time_s, own.time_s, between.walk_V),
+            quick_V=np.interp(flight.time_s, own.time_s, between.quick_V),
+        )
     return whitener(flight.time_s, flight.judged, noise, flight.load.current_A, between)
 
 

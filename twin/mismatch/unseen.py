@@ -23,6 +23,9 @@ from twin.simulate import simulate
 SOC_STEP = 1e-4
 CURRENTS = 4
 """That may as well have flowed; a surface answers by what the twin says of so many."""
+UNEVEN = 10.0
+"""Of four intervals the longest over the shortest, beyond which a cycler put samples where its
+current changed, and a straight line between them is right; loggers are late by less."""
 AS_LARGE = 5  # samples in turn, over which that is averaged
 KEPT = (0.01, 0.99)  # of it from one sample to the next, least and most
 
@@ -66,14 +69,19 @@ def walk_C(load: Load) -> float:
     it changes again, by more. As much as from a fourth to a half it changes from the half to the
     whole, it does from the whole to the current itself, but no more than from the half (of a
     current that is nothing but noise from sample to sample). Nothing where the steps were
-    programmed.
+    programmed; where samples are UNEVEN, as much as elsewhere.
     """
-    if load.between is Between.HOLD or load.time_s.size < 2:
+    if load.between is Between.HOLD:
+        return 0.0
+    dt = _fours(np.diff(load.time_s))
+    even = dt.max(axis=1) <= UNEVEN * dt.min(axis=1)
+    if not even.any():
         return 0.0
     whole, half, fourth = (_thinned(load, every) for every in (1, 2, 4))
-    nearer, further = (_changed_C2(a, b) for a, b in ((whole, half), (half, fourth)))
-    variance_C2 = nearer * min(1.0, nearer / further) if further > 0 else nearer
-    return sqrt(variance_C2 / float(load.time_s[-1] - load.time_s[0]))
+    nearer_C2 = np.sum(_fours(_changed_C(whole, half) ** 2, 2)[: even.size][even])
+    further_C2 = np.sum(_changed_C(half, fourth)[: even.size][even] ** 2)
+    variance_C2 = nearer_C2 * min(1.0, nearer_C2 / further_C2) if further_C2 > 0 else nearer_C2
+    return sqrt(variance_C2 / float(np.sum(dt[even])))
 
 
 def _per_coulomb(pack: Pack, load: Load, as_is_V: FloatArray) -> FloatArray:
@@ -98,7 +106,11 @@ def _thinned(load: Load, every: int) -> Load:
     return replace(load, time_s=load.time_s[::every], current_A=load.current_A[::every])
 
 
-def _changed_C2(load: Load, thinner: Load) -> float:
-    """Squares of what the intervals of every other sample draw otherwise, all of them [C2]."""
-    both = load.drawn_C()[::2], thinner.drawn_C()
-    return float(np.sum(np.diff(both[0] - both[1]) ** 2))
+def _changed_C(load: Load, thinner: Load) -> FloatArray:
+    """(m,) what the intervals of every other sample draw otherwise."""
+    return np.diff(load.drawn_C()[::2] - thinner.drawn_C())
+
+
+def _fours(values: FloatArray, size: int = 4) -> FloatArray:
+    """(n // size, size) of them in turn."""
+    return values[: values.size // size * size].reshape(-1, size)

@@ -9,7 +9,9 @@ from scipy.signal import lfilter
 from tests.reference.loads import flight
 from tests.twin.mismatch.recordings import pack
 from twin.load import Between, Load
+from twin.mismatch import Flight
 from twin.mismatch.noise import Noise, whitener
+from twin.mismatch.split import whitened
 from twin.mismatch.unseen import unseen, walk_C
 from twin.simulate import simulate
 
@@ -37,6 +39,39 @@ def test_steps_that_were_programmed_and_a_steady_current_leave_nothing_open() ->
     assert walk_C(Load(time_s=time_s, current_A=np.full(100, 10.0))) == 0.0
     assert walk_C(Load(time_s=time_s[:1], current_A=lively_A[:1])) == 0.0
     assert unseen(pack(), Load(time_s=time_s, current_A=np.full(100, 10.0))) is None
+
+
+def test_samples_that_a_cycler_put_where_its_current_changed_leave_nothing_open() -> None:
+    """Pulses of 30 s, sampled every 10 s and at both sides of each edge."""
+    edges_s = np.arange(30.0, 1200.0, 30.0)
+    time_s = np.unique([*np.arange(0.0, 1200.0, 10.0), *edges_s - 1e-3, *edges_s])
+    current_A = np.where(time_s // 30 % 2 > 0, 10.0, 0.0)
+    assert walk_C(Load(time_s=time_s, current_A=current_A)) == 0.0
+    late_s = np.arange(0.0, 1200.0, 2.0) + np.random.default_rng(1).uniform(0.0, 1.5, 600)
+    gusts_A = np.random.default_rng(2).normal(10.0, 3.0, 600)
+    even = walk_C(Load(time_s=np.arange(0.0, 1200.0, 2.0), current_A=gusts_A))
+    assert walk_C(Load(time_s=late_s, current_A=gusts_A)) == pytest.approx(even, rel=0.3)
+
+
+def test_samples_that_were_added_for_the_twin_tell_nothing_of_the_current() -> None:
+    """Every 5 s, simulated in steps of 1 s."""
+    time_s = np.arange(0.0, 600.0, 5.0)
+    load = Load(time_s=time_s, current_A=np.random.default_rng(1).normal(8.0, 2.0, time_s.size))
+    whole = Flight(
+        name="as recorded", pack=pack(), load=load, voltage_V=np.full(time_s.size, 16.0),
+        judged=np.ones(time_s.size, dtype=bool), motion=np.full(time_s.size, ""),
+    )  # fmt: skip
+    fine = load.refined(1.0)
+    at = np.isin(fine.time_s, time_s)
+    assert at.sum() == time_s.size < fine.time_s.size
+    added = replace(
+        whole, load=fine, voltage_V=np.where(at, 16.0, np.nan), judged=at, recorded=at,
+        motion=np.full(fine.time_s.size, ""),
+    )  # fmt: skip
+    (_, one), (_, other) = (whitened(flight, 0.01) for flight in (whole, added))
+    assert other.deviation_V == pytest.approx(one.deviation_V, rel=1e-9)
+    forgotten = whitened(replace(added, recorded=None), 0.01)[1].deviation_V
+    assert forgotten[-1] < 0.9 * one.deviation_V[-1]
 
 
 def test_thinned_currents_miss_the_end_of_a_discharge_by_what_is_said() -> None:
