@@ -1,10 +1,12 @@
 """`twin prove --check`: do the files of a proof hold against its ledger?"""
 
+import json
 from collections.abc import Iterator
 from pathlib import Path
 
 from proof.judge import VERDICT
-from proof.ledger import Entry, read_ledger, sha256_of, sha256_of_folder
+from proof.ledger import FIRST, Entry, read_ledger, sha256_of, sha256_of_folder
+from proof.out import FILE
 from proof.run import LEDGER, QUESTION, SEALED, TRIALS, TRUTH, WRITTEN
 from proof.seal import truth_text, unseal
 
@@ -24,6 +26,9 @@ def broken(out: Path) -> tuple[int, list[str]]:
     opened = [e for e in entries if e.event == "opened"]
     for entry in opened:
         found += _of_key(out / TRIALS / entry.trial, sealed[entry.trial], entry)
+    end = entries[-1].hash if entries else FIRST
+    if (page := out / FILE).exists() and json.loads(page.read_bytes())["ledger_head"] != end:
+        found.append(f"{LEDGER}: it ends elsewhere than {FILE} says: entries are missing, or more")
     return len(opened), found
 
 

@@ -22,7 +22,7 @@ from analyze.workbench.listing import print_table
 from analyze.workbench.watch import watching
 from proof.check import broken
 from proof.ledger import LedgerError
-from proof.out import proof_json
+from proof.out import FILE, proof_json
 from proof.outcome import Outcome, Proof
 from proof.page import proof_page
 from proof.run import Watch, prove
@@ -32,7 +32,7 @@ from reports.render import render
 from twin.whole_file import write_whole
 
 NEEDED = ("pybamm", "cryptography")
-FILE, PAGE = "proof.json", "proof.html"
+PAGE = "proof.html"
 SOLVES, CELLS = "solves", "cells"
 SHOWN = ("numpy", "scipy", "casadi", "pybamm", "cryptography")
 SEEDS = 10**9

@@ -9,6 +9,7 @@ from proof.targets import Target, capacity_error, over_floor, over_noise, target
 from proof.truth import Truth
 from twin.finite import finite
 
+FILE = "proof.json"
 VERSION = 1
 IN_JSON: Mapping[str, tuple[str, float]] = {
     "V": ("mv", 1e3),

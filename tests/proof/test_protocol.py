@@ -18,6 +18,7 @@ from proof import run as protocol
 from proof.check import broken
 from proof.judge import VERDICT, NoVerdict, Verdict, judge
 from proof.ledger import EVENTS, Ledger, LedgerError, read_ledger
+from proof.out import FILE
 from proof.outcome import Judged, NotMade, Outcome
 from proof.question import Question
 from proof.run import LEDGER, QUESTION, SEALED, TRUTH, WRITTEN, Watch, prove
@@ -96,6 +97,20 @@ def test_a_file_that_is_changed_afterwards_is_found(
     assert all(text.startswith("trial-001") for text in found)
     path.unlink()
     assert any("missing" in text or QUESTION in text for text in broken(copy)[1])
+
+
+def test_a_ledger_that_is_cut_at_its_end_is_found_by_what_the_proof_says(
+    proven: tuple[Path, Results], tmp_path: Path
+) -> None:
+    copy = tmp_path / "copy"
+    shutil.copytree(proven[0], copy)
+    (copy / FILE).write_text(json.dumps({"ledger_head": proven[1][2]}))
+    assert broken(copy) == (2, [])
+    lines = (copy / LEDGER).read_text().splitlines(keepends=True)
+    (copy / LEDGER).write_text("".join(lines[:-1]))
+    assert broken(copy) == (
+        1, ["ledger.jsonl: it ends elsewhere than proof.json says: entries are missing, or more"]
+    )  # fmt: skip
 
 
 def test_outcomes_numbers_and_channels_of_what_was_opened(proven: tuple[Path, Results]) -> None:
