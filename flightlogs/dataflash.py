@@ -33,7 +33,7 @@ from flightlogs.stamps import FileClock
 from flightlogs.table import RawLog
 from flightlogs.utc import utc_at
 
-BATTERY = ("BAT", "BAT2", "CURR", "CUR2", "BCL")
+BATTERY = ("BAT", "BAT2", "CURR", "CUR2", "BCL", "BCL2")
 MOTION = ("XKF1", "NKF1", "EKF1", "GPS", "PSCN", "PSCE", "PSCD", "PSC", "NTUN", "CTUN", "BARO")
 INPUTS = ("RCIN", "RCOU", "MOTB")
 EVENTS = ("EV", "ARM", "MODE", "MSG", "VER", "PARM", "TIME", "PM", "DSF")

@@ -1,4 +1,4 @@
-"""Batteries of a DataFlash log: BAT (3.6 and newer), CURR and CUR2 (older), BCL for the cells."""
+"""Batteries of a DataFlash log: BAT (3.6 and newer), CURR and CUR2 (older), BCL for cells."""
 
 from collections.abc import Mapping
 
@@ -15,7 +15,7 @@ VOLTAGE, CURRENT, CHARGE, TEMPERATURE = "Volt", "Curr", "CurrTot", "Temp"
 CENTI = 0.01
 INTEGERS = frozenset("bBhHiIqQ")
 INSTANCE_LABELS = ("Inst", "Instance", "I")
-CELLS_MAX = 12
+CELLS = {"BCL": range(1, 13), "BCL2": range(13, 15)}  # message -> numbers of its cells
 MILLI = 1e-3
 CELL_UNUSED_MV = 65535
 CELL_HOLD_S = 2.0  # cell voltages are logged with the pack's, at least once a second
@@ -53,22 +53,27 @@ def _split(name: str, timed: Mapping[str, Timed]) -> list[tuple[str, Table, Floa
 
 
 def _cells(timed: Mapping[str, Timed], instance: int, at_s: FloatArray) -> FloatArray | None:
-    """(n, cells) from BCL, held to the battery's times; None if the log has no cells of it."""
-    if "BCL" not in timed:
-        return None
-    table, time_s = timed["BCL"]
+    """(n, cells) held to the battery's times; None if the log has no cells of it, or one."""
+    held = [_held(timed[name], places, instance, at_s) for name, places in CELLS.items()
+            if name in timed]  # fmt: skip
+    cells = np.hstack([np.empty((at_s.size, 0)), *held])
+    return cells if cells.shape[1] > 1 else None
+
+
+def _held(timed: Timed, places: range, instance: int, at_s: FloatArray) -> FloatArray:
+    """(n, cells) of one message, those that were ever measured."""
+    table, time_s = timed
     rows = (instance_of(table) == instance) & np.isfinite(time_s)
-    labels = [f"V{i + 1}" for i in range(CELLS_MAX) if f"V{i + 1}" in table.numbers]
+    labels = [label for i in places if (label := f"V{i}") in table.numbers]
     if not rows.any() or not labels:
-        return None
+        return np.empty((at_s.size, 0))
     cells = np.column_stack([table.numbers[label][rows] for label in labels])
     cells = np.where((cells > 0) & (cells < CELL_UNUSED_MV), cells * MILLI, np.nan)
     cells = cells[:, np.isfinite(cells).any(axis=0)]
     last = np.searchsorted(time_s[rows], at_s, side="right") - 1
     age_s = at_s - time_s[rows][np.maximum(last, 0)]
     fresh = (last >= 0) & (age_s <= CELL_HOLD_S)
-    held = np.where(fresh[:, None], cells[np.maximum(last, 0)], np.nan)
-    return held if held.shape[1] > 1 else None
+    return np.where(fresh[:, None], cells[np.maximum(last, 0)], np.nan)
 
 
 def raw_batteries(

@@ -128,6 +128,22 @@ def test_cells_come_from_their_own_message() -> None:
     np.testing.assert_allclose(battery.cell_voltage_V, cells / 1e3, atol=0.00051)
 
 
+def test_the_cells_beyond_twelve_come_in_a_second_message() -> None:
+    rows = {"TimeUS": (T + BOOT_S) * 1e6, "Instance": 0 * T}
+    cells = {f"V{k}": VOLTAGE / 4 * 1e3 + k for k in range(1, 14)}
+    first = rows | {k: v for k, v in cells.items() if k != "V13"}
+    second = rows | {"V13": cells["V13"], "V14": 65535 + 0 * T}
+    tables = [
+        w.Table(name="BCL", format="QB" + 12 * "H", columns=first),
+        w.Table(name="BCL2", format="QBHH", columns=second),
+    ]
+    large = replace(PACK, voltage_V=13 / 4 * VOLTAGE)
+    (battery,) = read(binary([w.battery(large), *tables])).batteries
+    assert battery.series == 13
+    expected = np.column_stack(list(cells.values())) / 1e3
+    np.testing.assert_allclose(battery.cell_voltage_V, expected, atol=0.00051)
+
+
 @pytest.mark.parametrize(
     ("current", "voltage", "code", "missing"),
     [
