@@ -86,6 +86,8 @@ class _Run:
     def __init__(self, out: Path, jobs: int, watch: Watch) -> None:
         self.ledger, self.reasons = Ledger(out / LEDGER), dict[str, str]()
         self._folder, self._jobs, self._watch = out / TRIALS, jobs, watch
+        for old in self._folder.glob("trial-*"):  # of an earlier call
+            shutil.rmtree(old)
 
     def seal(self, trials: Sequence[Trial]) -> dict[str, Sealed]:
         """Every truth that can be made."""
@@ -153,10 +155,8 @@ class _Run:
 def _sealed(trial: Trial, folder: Path) -> tuple[Question, str, dict[str, str]]:
     """Made and written: the question, the key of its truth, hashes of the files by name.
 
-    A trial that was there before, under that name, is removed. NoTrial if it cannot be made.
+    NoTrial if it cannot be made.
     """
-    if folder.exists():
-        shutil.rmtree(folder)
     question, truth = trial.make()
     files = folder / QUESTION
     files.mkdir(parents=True)
