@@ -83,7 +83,7 @@ def advise(models: Sequence[Fitted], noise_V: float) -> str:
     mean_A, peak_A = float(drawn_A.mean()), float(np.quantile(drawn_A, 0.99))
     packs = [m.problem.pack(m.q, 0) for m in models]
     found = [
-        (_least_apart_V([_answer_V(_full(p) if t.full else p, t.load) for p in packs]), t)
+        (_least_apart_V([_answer_V(charged(p) if t.full else p, t.load) for p in packs]), t)
         for t in manoeuvres(flights[0].pack, mean_A, peak_A, flights[0].load.ambient_K)
     ]
     apart_V, test = max(found, key=lambda pair: pair[0])
@@ -95,8 +95,8 @@ def advise(models: Sequence[Fitted], noise_V: float) -> str:
     return f"{test.words}: the candidates then differ by {1e3 * apart_V:.0f} mV rms"
 
 
-def _full(pack: Pack) -> Pack:
-    """Charged: the fullest of its cells is full, whatever it started a recording with."""
+def charged(pack: Pack) -> Pack:
+    """The fullest of its cells is full, whatever it started a recording with."""
     effects = (e for e in pack.effects if not isinstance(e, InitialSoc))
     own = (
         replace(e, soc_offset=min(e.soc_offset, 0.0)) if isinstance(e, WeakCell) else e

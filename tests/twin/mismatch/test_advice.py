@@ -10,8 +10,8 @@ import pytest
 from tests.twin.mismatch.recordings import flown, pack
 from twin.effects import AnyEffect, InitialSoc, SelfHeating, SeriesResistance, WeakCell
 from twin.load import Load
-from twin.mismatch import Flight
-from twin.mismatch.advice import MOST_SAMPLES, advise, manoeuvres
+from twin.mismatch import Flight, advice
+from twin.mismatch.advice import MOST_SAMPLES, advise, charged, manoeuvres
 from twin.pack import Pack
 
 NOISE_V = 1e-3
@@ -57,13 +57,25 @@ def test_manoeuvres_are_in_the_same_air_and_of_bounded_length(mean_A: float) -> 
         assert test.full == any(w in test.words for w in ("from a full", "the full", "from full"))
 
 
-def test_a_full_pack_is_full_whatever_it_started_a_recording_with() -> None:
-    """A start that was off is none then, and a cell that held more holds as much: nothing is left
-    to see."""
-    half = drawing(8.0)
-    half = replace(half, pack=replace(half.pack, initial_soc=0.95))
-    said = advise(
-        candidates(half, InitialSoc(offset=0.02), SelfHeating(heat_transfer_W_m2_K=10.0)), 1e-12
+def test_a_charged_pack_is_full_whatever_it_started_a_recording_with() -> None:
+    weak = WeakCell(cell=1, soc_offset=-0.1), WeakCell(cell=2, soc_offset=0.04)
+    own = replace(
+        pack(), initial_soc=0.9, soc_by_rest=True, effects=(InitialSoc(offset=0.02), *weak)
     )
-    assert said
-    assert advise(candidates(half, WeakCell(soc_offset=0.04), InitialSoc(offset=0.04)), NOISE_V)
+    expected = weak[0], replace(weak[1], soc_offset=0.0)
+    assert charged(own) == replace(pack(), initial_soc=1.0, effects=expected)
+
+
+def test_a_manoeuvre_from_full_is_of_a_charged_pack(monkeypatch: pytest.MonkeyPatch) -> None:
+    starts = {}
+
+    def answer(own: Pack, load: Load) -> Any:
+        starts[load.current_A.max(), load.time_s.size] = own.initial_soc
+        return np.zeros(load.time_s.size)
+
+    monkeypatch.setattr(advice, "_answer_V", answer)
+    half = replace(drawing(8.0), pack=replace(pack(), initial_soc=0.9))
+    advise(candidates(half, SelfHeating(), SeriesResistance()), NOISE_V)
+    for test in manoeuvres(half.pack, 8.0, 8.0, 298.15):
+        start = starts[test.load.current_A.max(), test.load.time_s.size]
+        assert start == (1.0 if test.full else 0.9), test.words

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from tests.twin.mismatch.recordings import NOISE_V, flown, pack
+from twin.effects import SeriesResistance
 from twin.load import Load
 from twin.mismatch import Flight, MismatchError
 from twin.mismatch.left import beyond_cut_offs, left_V
@@ -35,8 +36,9 @@ def test_the_noise_of_a_short_recording_is_that_of_all_of_it() -> None:
 
 def test_a_twin_that_is_empty_at_once_leaves_the_noise_that_is_there() -> None:
     flight = flown(seed=1)
-    empty = replace(flight, pack=replace(pack(), initial_soc=0.02))
-    assert simulate(empty.pack, empty.load).time_s.size < 100
+    weak = SeriesResistance(resistance_ohm=0.5)
+    empty = replace(flight, pack=replace(pack(), initial_soc=0.0, effects=(weak,)))
+    assert simulate(empty.pack, empty.load).time_s.size < 10
     assert noise_of(empty, None).white_V == pytest.approx(noise_of(flight, None).white_V, rel=0.2)
 
 
