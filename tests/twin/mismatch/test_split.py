@@ -36,8 +36,8 @@ def test_the_noise_of_a_short_recording_is_that_of_all_of_it() -> None:
 
 def test_a_twin_that_is_empty_at_once_leaves_the_noise_that_is_there() -> None:
     flight = flown(seed=1)
-    weak = SeriesResistance(resistance_ohm=0.5)
-    empty = replace(flight, pack=replace(pack(), initial_soc=0.0, effects=(weak,)))
+    weak = SeriesResistance(resistance_ohm=2.0)
+    empty = replace(flight, pack=replace(pack(), initial_soc=0.01, effects=(weak,)))
     assert simulate(empty.pack, empty.load).time_s.size < 10
     assert noise_of(empty, None).white_V == pytest.approx(noise_of(flight, None).white_V, rel=0.2)
 
