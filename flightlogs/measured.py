@@ -12,6 +12,8 @@ CELSIUS_K = 273.15
 MAH_C = 3.6
 DEAD_VOLTAGE_V = 1.0  # no pack that flies is below: the sensor is not wired
 IMPOSSIBLE_A, IMPOSSIBLE_V = 2000.0, 1000.0  # beyond any multirotor: the bytes were damaged
+COLDEST_K, HOTTEST_K = 213.15, 393.15
+"""-60 degC: the electrolyte is frozen; 120 degC: separators melt. No cell flies beyond either."""
 STILL_VOLTAGE = 0.03  # share of its median within which an unloaded or unwired voltage stays
 
 
@@ -91,6 +93,12 @@ class _Judge:
         """None where nothing but 0 degC was ever logged, which means that nothing measured it."""
         if temperature_K is None:
             return None
+        beyond = (temperature_K < COLDEST_K) | (temperature_K > HOTTEST_K)
+        if beyond.any():
+            low, high = COLDEST_K - CELSIUS_K, HOTTEST_K - CELSIUS_K
+            message = f"{int(beyond.sum())} temperatures outside {low:g} to {high:g} degC"
+            self.warn("impossible_values", f"{message} were left out")
+        temperature_K = np.where(beyond, np.nan, temperature_K)
         known = temperature_K[np.isfinite(temperature_K)]
         return temperature_K if np.any(known != CELSIUS_K) else None
 
