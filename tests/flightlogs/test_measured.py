@@ -42,3 +42,21 @@ def test_a_cold_or_a_hot_pack_is_believed(celsius: float) -> None:
     battery, said = judged(np.full(T.size, celsius))
     np.testing.assert_allclose(battery.temperature_K, celsius + CELSIUS_K)
     assert not said
+
+
+def test_zeros_before_the_first_answer_are_left_out_and_counted() -> None:
+    battery, said = judged(np.where(T < 1.95, 0.0, 26.0 + T / 10))
+    np.testing.assert_array_equal(np.isnan(battery.temperature_K), T < 1.95)
+    assert said["temperature_not_measured"].message.startswith("20 samples of exactly 0 degC")
+
+
+def test_a_pack_that_warms_through_zero_keeps_its_zeros() -> None:
+    battery, said = judged(np.round((T - 5) / 2, 1))
+    np.testing.assert_allclose(battery.temperature_K, np.round((T - 5) / 2, 1) + CELSIUS_K)
+    assert not said
+
+
+def test_zeros_beside_nothing_but_impossible_values_are_no_temperature() -> None:
+    battery, said = judged(np.where(T < 1.95, 0.0, 2600.0))
+    assert battery.temperature_K is None
+    assert list(said) == ["impossible_values"]
