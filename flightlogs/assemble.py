@@ -50,10 +50,12 @@ def assemble(
     velocity, velocity_warnings = _credible_velocity(log, flights)
     slope = _slope(pack, current, flights)
     ratio = _coulomb(pack, current, flights)
+    flying = within(t, (flights.flight,))
     doubts = (
+        quality.sign_warning(t[flying], current.values[flying], current.source),
         quality.scale_warning(slope, cells.series, pack.capacity_C, current.source),
         quality.coulomb_warning(ratio, current.source),
-        quality.gap_warning(t[within(t, (flights.flight,))], current.source),
+        quality.gap_warning(t[flying], current.source),
         _capacity_warning(pack),
         _simulation_warning(log),
         _unknown_vehicle(log),

@@ -152,6 +152,16 @@ def test_a_counter_that_disagrees_is_said_and_a_reset_of_it_is_not_counted() -> 
     assert right.coulomb_check == pytest.approx(1.0, abs=5e-3)
 
 
+def test_a_reversed_current_is_used_as_it_is_and_said() -> None:
+    written = px4.trace(px4.times(5.0))
+    reversed_A = -np.asarray(written.current_A)
+    reversed_A[0] = 0.3  # noise of the sensor on the ground
+    got = assemble(log(px4.ulog({"battery": px4.pack(current_A=reversed_A)})))
+    np.testing.assert_allclose(got.current_A, reversed_A, rtol=1e-6)
+    said = next(w.message for w in got.warnings if w.code == "current_sign_doubtful")
+    assert "gave -0.16" in said  # 15 A for 40 s, and the manoeuvres
+
+
 def test_gaps_in_the_current_stay_gaps_and_are_said() -> None:
     t = px4.times(5.0)
     kept = (t < 20) | (t >= 24)
