@@ -25,11 +25,16 @@ class Cells:
 
 
 def choose_battery(
-    log: FlightLog, flights: Flights, wanted: int | None, *, current_elsewhere: bool
+    log: FlightLog,
+    flights: Flights,
+    wanted: int | None,
+    *,
+    current_elsewhere: bool,
+    followed: int | None = None,
 ) -> tuple[BatteryLog, tuple[LogWarning, ...]]:
-    """The battery asked for, else the one that carries the propulsion.
+    """The battery asked for, else that of the current sensor, else the one of the propulsion.
 
-    That is the one that gave the most energy in flight, weighed by how its current follows the
+    The last is the one that gave the most energy in flight, weighed by how its current follows the
     thrust: propulsion takes nine tenths and more of what a multirotor draws.
 
     Args:
@@ -37,16 +42,21 @@ def choose_battery(
         flights: the flight chosen.
         wanted: instance, or None.
         current_elsewhere: a sensor gives the current.
+        followed: instance of the battery whose current that sensor follows, or None.
 
     Raises:
         Refusal: `no_battery`, `no_current` or `no_voltage`.
     """
-    battery = _wanted(log, wanted) if wanted is not None else _propulsion(log, flights)
+    if wanted is not None:
+        battery, reason = _wanted(log, wanted), "asked for"
+    elif followed is not None:
+        battery, reason = _wanted(log, followed), "its current is the one that the sensor follows"
+    else:
+        battery, reason = _propulsion(log, flights), "it carries the propulsion current"
     _refuse_unmeasured(log, battery, current_elsewhere=current_elsewhere)
     others = [b for b in log.batteries if b is not battery]
     if not others:
         return battery, ()
-    reason = "asked for" if wanted is not None else "it carries the propulsion current"
     named = ", ".join(f"{b.instance}: {b.label}" for b in others)
     text = f"battery {battery.instance} ({battery.label}) is analysed, {reason}; not: {named}"
     return battery, (LogWarning("several_batteries", text, battery.label),)

@@ -87,6 +87,19 @@ def test_a_sensor_replaces_a_current_the_autopilot_lacks() -> None:
     assert got.current_source == "sensor"
 
 
+def test_the_battery_that_the_sensor_follows_is_taken_unless_another_is_asked_for() -> None:
+    whole = log(px4.ulog(more=[px4.other_pack(2.0, 49.6)]))
+    t = px4.times(10.0)
+    sensor = AlignedSensor(time_s=t, current_A=px4.current(t), fit=FIT, battery=1)
+    got = assemble(whole, sensor=sensor)
+    assert (got.battery, got.series) == ("battery_status[1], id 2", 12)
+    said = next(w.message for w in got.warnings if w.code == "several_batteries")
+    assert "the sensor follows" in said
+    assert assemble(whole, battery=0, sensor=sensor).battery == "battery_status[0], id 1"
+    by_thrust = replace(sensor, battery=None)
+    assert assemble(whole, sensor=by_thrust).battery == "battery_status[0], id 1"
+
+
 def test_a_sensor_that_missed_the_flight_is_refused() -> None:
     t = px4.times(10.0, 46.0, 49.0)
     sensor = AlignedSensor(time_s=t, current_A=px4.current(t), fit=FIT)
