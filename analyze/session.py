@@ -98,6 +98,7 @@ def _jobs(
         except OSError as e:
             _note_failure(_unreadable(log, e.strerror or str(e)), tally)
             continue
+        sensor = options.sensor or sensor_beside(log)
         name = free_name(printable(log.stem), digest, _taken(options.out, digest, used))
         used.add(name.casefold())
         jobs.append(
@@ -105,7 +106,7 @@ def _jobs(
                 log=log.absolute(),
                 shown=click.format_filename(log),
                 folder=options.out.absolute() / name,
-                sensor=(options.sensor or sensor_beside(log)),
+                sensor=sensor.absolute() if sensor else None,
                 pack=pack,
                 battery=options.battery,
                 force=options.force,

@@ -12,7 +12,9 @@ import pytest
 from click.testing import CliRunner, Result
 
 import analyze.job
+from analyze import session
 from analyze.__main__ import main
+from analyze.job import Job
 from analyze.names import printable
 from analyze.pipeline import Inputs
 from flightlogs.errors import Refusal
@@ -80,6 +82,18 @@ def test_a_log_gives_its_files_and_exit_code_0(tmp_path) -> None:
     assert made(tmp_path / "analysis" / "flight") == FILES
     assert "analysed  flight.ulg: 0:46 min in flight (hover 16 s" in run.stdout
     assert "1 analysed." in run.stdout
+
+
+@pytest.mark.parametrize("arguments", [[], ["--sensor", "flight.csv"]])
+def test_a_worker_in_another_folder_finds_every_file(tmp_path, monkeypatch, arguments) -> None:
+    jobs: list[Job] = []
+    monkeypatch.setattr(session, "outcomes", lambda all_, **_: iter(jobs.extend(all_) or ()))
+    put(tmp_path, "flight.ulg")
+    (tmp_path / "flight.csv").write_text("time,current\n", encoding="utf-8")
+    call(tmp_path, "flight.ulg", *arguments)
+    (job,) = jobs
+    assert (job.log, job.sensor) == (tmp_path / "flight.ulg", tmp_path / "flight.csv")
+    assert job.folder == tmp_path / "analysis/flight"
 
 
 @pytest.mark.usefixtures("analysed")
