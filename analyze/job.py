@@ -4,6 +4,7 @@ All of it can be pickled: a job runs in this process or on a worker.
 """
 
 import hashlib
+import threading
 import time
 import traceback
 import warnings
@@ -20,6 +21,10 @@ from reports.fleet import Failure
 from reports.result import Result
 
 REPORT_IT = "This is a fault of the program, not of the log: please report it with the log."
+
+
+ONE_AT_A_TIME = threading.Lock()
+"""Of a process: CasADi and the warning filters are not thread-safe."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -77,9 +82,12 @@ Outcome = Done | Failed
 
 
 def run(job: Job) -> Outcome:
-    """Analyse one log and write its results; what goes wrong costs this log only."""
+    """Analyse one log and write its results; what goes wrong costs this log only.
+
+    Workers of several threads do one job after the other.
+    """
     try:
-        with warnings.catch_warnings(record=True) as caught:
+        with ONE_AT_A_TIME, warnings.catch_warnings(record=True) as caught:
             warnings.simplefilter("always")
             result, kept = _run(job)
         remarks = tuple(f"{w.category.__name__}: {w.message}" for w in caught)
