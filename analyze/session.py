@@ -107,6 +107,7 @@ def _jobs(
                 shown=click.format_filename(log),
                 folder=options.out.absolute() / name,
                 sensor=sensor.absolute() if sensor else None,
+                sensor_named=options.sensor is not None,
                 pack=pack,
                 battery=options.battery,
                 force=options.force,

@@ -96,6 +96,24 @@ def test_a_worker_in_another_folder_finds_every_file(tmp_path, monkeypatch, argu
     assert job.folder == tmp_path / "analysis/flight"
 
 
+@pytest.mark.parametrize(("arguments", "code"), [([], 0), (["--sensor", "flight.csv"], 1)])
+def test_an_unreadable_sensor_fails_a_flight_only_if_it_was_asked_for(
+    tmp_path, analysed, monkeypatch, arguments, code
+) -> None:
+    def sha256_of(path: Path) -> str:
+        if path.suffix == ".csv":
+            raise PermissionError(13, "Permission denied")
+        return session.sha256_of(path)
+
+    monkeypatch.setattr(analyze.job, "sha256_of", sha256_of)
+    put(tmp_path, "flight.ulg")
+    (tmp_path / "flight.csv").write_text("time,current\n", encoding="utf-8")
+    run = call(tmp_path, "flight.ulg", *arguments)
+    assert run.exit_code == code
+    assert ("(permission_error)" in run.stderr) == bool(code)
+    assert len(analysed) == 1 - code
+
+
 @pytest.mark.usefixtures("analysed")
 def test_the_result_is_for_the_bytes_that_were_read(tmp_path) -> None:
     put(tmp_path, "flight.ulg")
