@@ -76,13 +76,18 @@ def _propulsion(log: FlightLog, flights: Flights) -> BatteryLog:
             "no_battery",
             f"{log.name}: no battery channel in the log; enable the power module and its logging",
         )
-    return max(log.batteries, key=lambda b: _propulsion_J(b, log, flights))
+    return max(
+        log.batteries, key=lambda b: (_propulsion_J(b, log, flights), b.voltage_V is not None)
+    )
 
 
 def _propulsion_J(battery: BatteryLog, log: FlightLog, flights: Flights) -> float:
-    """Energy drawn in flight, less where the current does not follow the thrust; -1 if unknown."""
+    """Energy drawn in flight, less where the current does not follow the thrust; -inf if unknown.
+
+    A reversed current draws less than none, and is better than an unknown one.
+    """
     if battery.current_A is None:
-        return -1.0
+        return -np.inf
     flying = within(battery.time_s, flights.in_air) & np.isfinite(battery.current_A)
     t, current = battery.time_s[flying], battery.current_A[flying]
     volts = 1.0 if battery.voltage_V is None else float(np.nanmedian(battery.voltage_V))

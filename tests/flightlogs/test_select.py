@@ -124,6 +124,30 @@ def test_the_battery_of_the_motors_is_taken_in_any_order() -> None:
         assert "electronics" in warnings[0].message
 
 
+@pytest.mark.parametrize("place", [0, 1])
+def test_of_batteries_without_a_current_one_with_a_voltage_is_taken(place: int) -> None:
+    whole = log()
+    dead = battery(whole, label="dead", current_A=None, voltage_V=None)
+    packs = [dead, dead]
+    packs[place] = battery(whole, label="alive", current_A=None)
+    several = log(batteries=tuple(replace(b, instance=i) for i, b in enumerate(packs)))
+    got, _ = choose_battery(several, choose_flight(several), None, current_elsewhere=True)
+    assert got.label == "alive"
+
+
+def test_a_reversed_current_is_better_than_none() -> None:
+    whole = log()
+    amps = whole.batteries[0].current_A
+    assert amps is not None
+    packs = (
+        battery(whole, label="silent", current_A=None),
+        battery(whole, label="reversed", current_A=-amps, instance=1),
+    )
+    several = log(batteries=packs)
+    got, _ = choose_battery(several, choose_flight(several), None, current_elsewhere=False)
+    assert got.label == "reversed"
+
+
 def test_the_battery_asked_for_is_taken_or_refused() -> None:
     whole = log()
     second = battery(whole, instance=1, label="second", current_A=None)
