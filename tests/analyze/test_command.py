@@ -323,6 +323,24 @@ def test_a_log_whose_name_is_no_text_is_analysed(tmp_path) -> None:
 
 
 @pytest.mark.usefixtures("analysed")
+def test_a_folder_that_cannot_be_searched_is_a_failure(tmp_path, monkeypatch) -> None:
+    put(tmp_path, "logs/a.ulg")
+    put(tmp_path, "logs/closed/b.ulg")
+
+    def scandir(path: str) -> object:
+        if Path(path).name == "closed":
+            raise PermissionError(13, "Permission denied", path)
+        return scan(path)
+
+    scan = os.scandir
+    monkeypatch.setattr(os, "scandir", scandir)
+    run = call(tmp_path, "logs", "--out", "o")
+    assert run.exit_code == 1
+    assert "failed    logs/closed: Permission denied (unreadable)" in run.stderr
+    assert "1 analysed, 1 failed." in run.stdout
+
+
+@pytest.mark.usefixtures("analysed")
 def test_a_folder_that_may_not_be_written_to_is_wrong_use(tmp_path) -> None:
     put(tmp_path, "a.ulg")
     (tmp_path / "o").mkdir(mode=0o500)
