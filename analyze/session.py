@@ -52,7 +52,10 @@ class Tally:
 
 
 def run_session(options: Options) -> int:
-    """Do all of it; the exit code: 0 all analysed, 1 some failed, 130 interrupted."""
+    """Do all of it; the exit code: 0 all analysed, 1 some failed, 130 interrupted.
+
+    It is 1, too, where the files of the fleet could not be written.
+    """
     pack = checked_pack(options.pack) if options.pack else None
     found = _found(options)
     make_writable(options.out)
@@ -67,13 +70,12 @@ def run_session(options: Options) -> int:
         click.echo(f"Interrupted: {_sum(tally, found)} What is written is whole.", err=True)
         return 130
     fleet = len(found.logs) > 1 or any(p.is_dir() for p in options.paths)
-    if fleet:
-        write_fleet(options.out, _fleet(tally, found))
+    whole = not fleet or _fleet_written(options.out, _fleet(tally, found))
     if not options.quiet:
         click.echo(_sum(tally, found))
-        if fleet:
+        if fleet and whole:
             click.echo(f"All of them on one page: {click.format_filename(options.out)}/index.html")
-    return 1 if tally.failed else 0
+    return 0 if whole and not tally.failed else 1
 
 
 def _found(options: Options) -> Found:
@@ -168,6 +170,17 @@ def _unreadable(path: Path, reason: str) -> Failure:
 def _sum(tally: Tally, found: Found) -> str:
     analysed = len(tally.done) - tally.kept
     return closing_line(analysed, tally.kept, len(tally.failed), found.passed_over)
+
+
+def _fleet_written(out: Path, fleet: Fleet) -> bool:
+    """Whether the files of the fleet could be written; if not, why is said."""
+    try:
+        write_fleet(out, fleet)
+    except OSError as e:
+        text = "index.html, fleet.parquet and failures.json could not all be written"
+        click.echo(f"{click.format_filename(out)}: {text}: {e}", err=True)
+        return False
+    return True
 
 
 def _fleet(tally: Tally, found: Found) -> Fleet:

@@ -341,6 +341,22 @@ def test_a_folder_that_cannot_be_searched_is_a_failure(tmp_path, monkeypatch) ->
 
 
 @pytest.mark.usefixtures("analysed")
+def test_a_fleet_page_that_cannot_be_written_is_told_and_the_flights_are_summed_up(
+    tmp_path,
+) -> None:
+    put(tmp_path, "logs/a.ulg")
+    (tmp_path / "o/index.html").mkdir(parents=True)
+    run = call(tmp_path, "logs", "--out", "o")
+    assert run.exit_code == 1
+    assert "o: index.html, fleet.parquet and failures.json could not all be" in run.stderr
+    assert "directory" in run.stderr
+    assert run.stderr.count("\n") == 1
+    assert "1 analysed." in run.stdout
+    assert "on one page" not in run.stdout
+    assert not list(tmp_path.rglob("*.part"))
+
+
+@pytest.mark.usefixtures("analysed")
 def test_a_folder_that_may_not_be_written_to_is_wrong_use(tmp_path) -> None:
     put(tmp_path, "a.ulg")
     (tmp_path / "o").mkdir(mode=0o500)
