@@ -23,8 +23,8 @@ RESULT = "result.json"
 
 def write_flight(folder: Path, report: FlightReport) -> Result:
     """Write all files of a flight into `folder`; the result comes last, for it vouches for all."""
-    result = result_of(report)
     files = flight_files(report)
+    result = result_of(report, files)
     folder.mkdir(parents=True, exist_ok=True)
     (folder / RESULT).unlink(missing_ok=True)
     for old in folder.glob("profile_*.csv"):
@@ -58,11 +58,12 @@ def read_result(folder: Path) -> Result | None:
 
 
 def kept_result(folder: Path, inputs_sha256: str) -> Result | None:
-    """The result in `folder` if it was made from the same inputs and its page is there."""
+    """The result in `folder` if it was made from the same inputs and all its files are there."""
     result = read_result(folder)
     if result is None or result.provenance.parameters.inputs_sha256 != inputs_sha256:
         return None
-    return result if (folder / "report.html").is_file() else None
+    files = result.provenance.files
+    return result if files and all((folder / name).is_file() for name in files) else None
 
 
 def write_fleet(out: Path, fleet: Fleet) -> None:

@@ -1,6 +1,7 @@
 """`FlightReport` -> `Result`: the numbers of a page for programs to read."""
 
 import math
+from collections.abc import Iterable
 
 import numpy as np
 
@@ -35,8 +36,13 @@ from twin.mismatch import Finding, finding_json
 from twin.replay import Replay
 
 
-def result_of(report: FlightReport) -> Result:
-    """All that `result.json` says of a flight; charges in Ah, temperatures in degrees Celsius."""
+def result_of(report: FlightReport, files: Iterable[str] = ()) -> Result:
+    """All that `result.json` says of a flight; charges in Ah, temperatures in degrees Celsius.
+
+    Args:
+        report: the flight.
+        files: names of those that are written with it.
+    """
     return Result(
         flight=_flight(report),
         pack=_pack(report),
@@ -47,7 +53,7 @@ def result_of(report: FlightReport) -> Result:
         replay=_replay(report.replay),
         assessment=assessment_part(report.damage),
         mismatch=_mismatch(report.mismatch),
-        provenance=_provenance(report),
+        provenance=_provenance(report, tuple(sorted(files))),
     )
 
 
@@ -222,7 +228,7 @@ def _replay(replay: Replay) -> ReplayPart:
     )
 
 
-def _provenance(report: FlightReport) -> ProvenancePart:
+def _provenance(report: FlightReport, files: tuple[str, ...]) -> ProvenancePart:
     made, pack = report.provenance, report.pack
     return ProvenancePart(
         version=made.version,
@@ -237,6 +243,7 @@ def _provenance(report: FlightReport) -> ProvenancePart:
         ),
         solver=made.solver,
         seconds=made.seconds,
+        files=files,
     )
 
 

@@ -169,7 +169,9 @@ def test_kept_flights_are_in_the_fleet_too(tmp_path) -> None:
     assert pq.read_table(tmp_path / "o/fleet.parquet").num_rows == 1
 
 
-@pytest.mark.parametrize("change", ["pack", "battery", "thorough", "sensor", "page", "result"])
+@pytest.mark.parametrize(
+    "change", ["pack", "battery", "thorough", "sensor", "result", *sorted(FILES - {"result.json"})]
+)
 def test_what_was_made_from_other_inputs_is_made_again(tmp_path, analysed, change) -> None:
     put(tmp_path, "flight.ulg")
     (tmp_path / "pack.toml").write_text(PACK, encoding="utf-8")
@@ -183,8 +185,8 @@ def test_what_was_made_from_other_inputs_is_made_again(tmp_path, analysed, chang
         more = ["--thorough"]
     elif change == "sensor":
         (tmp_path / "flight.csv").write_text("time,current\n", encoding="utf-8")
-    elif change == "page":
-        (tmp_path / "analysis/flight/report.html").unlink()
+    elif change in FILES:
+        (tmp_path / "analysis/flight" / change).unlink()
     else:
         (tmp_path / "analysis/flight/result.json").write_text("{", encoding="utf-8")
     call(tmp_path, "flight.ulg", *more)
