@@ -129,11 +129,12 @@ def _fit(report: FlightReport) -> FitPart | None:
 
 
 def _quality(report: FlightReport) -> QualityPart:
-    recording, gaps = report.recording, report.gaps
+    recording, gaps, said = report.recording, report.gaps, report.recording.warnings
     resistance = recording.resistance_ohm
     return QualityPart(
-        warnings=tuple(
-            WarningPart(code=w.code, message=w.message, where=w.where) for w in recording.warnings
+        warnings=(
+            *(WarningPart(code=w.code, message=w.message, where=w.where) for w in said),
+            *_not_judged(report),
         ),
         dropouts_s=report.log.dropouts_s,
         recovered_fraction=report.log.recovered_fraction,
@@ -147,6 +148,15 @@ def _quality(report: FlightReport) -> QualityPart:
         ),
         current_source="sensor" if recording.current_source == "sensor" else "autopilot",
     )
+
+
+def _not_judged(report: FlightReport) -> tuple[WarningPart, ...]:
+    """Why `assessment`, or `mismatch`, is null."""
+    reasons = {
+        "no_damage": report.no_damage,
+        "no_mismatch": report.mismatch.reason if isinstance(report.mismatch, NoMismatch) else "",
+    }
+    return tuple(WarningPart(code=c, message=text, where="") for c, text in reasons.items() if text)
 
 
 def _alignment(report: FlightReport) -> AlignmentPart | None:
