@@ -12,6 +12,7 @@ from flightlogs.resample import charge_C, resample, within
 LEAST_FLIGHT_SAMPLES = 10
 INDIFFERENT = 0.2  # weight of a battery whose current ignores the thrust
 CELL_FULL_V = 4.25  # a full LiPo or Li-ion cell has 4.2 V
+LIHV_FULL_V = 4.36  # 4.35 V, and what voltage dividers are off by
 CELL_RANGE_V = (2.8, 4.4)  # of a cell in flight, on average
 
 
@@ -143,9 +144,15 @@ def choose_series(battery: BatteryLog, name: str) -> Cells:
         return Cells(series=battery.series, inferred=False)
     series = max(1, int(np.ceil(top / CELL_FULL_V)))
     said = f"the log says {battery.series}" if battery.series else "the log does not say"
+    fewer = series - 1
+    lihv = (
+        f", and {fewer} full LiHV cells ({top / fewer:.2f} V each) look the same"
+        if top <= LIHV_FULL_V * fewer
+        else ""
+    )
     text = (
         f"{series} cells in series taken from the voltage ({top:.2f} V at most, {top / series:.2f} "
-        f"a cell; {said}). A pack that was not full has more: state it in pack.toml"
+        f"a cell; {said}). A pack that was not full has more{lihv}: state series in pack.toml"
     )
     warning = LogWarning("cell_count_inferred", text, battery.label)
     return Cells(series=series, inferred=True, warnings=(warning,))

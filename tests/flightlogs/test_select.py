@@ -193,6 +193,32 @@ def test_a_log_without_batteries_is_refused() -> None:
     assert caught.value.code == "no_battery"
 
 
+@pytest.mark.parametrize(
+    ("top_V", "counts"),
+    [
+        (17.4, "5 cells in series taken from the voltage (17.40 V at most, 3.48 a cell; the log "
+         "does not say). A pack that was not full has more, and 4 full LiHV cells (4.35 V each) "
+         "look the same: state series in pack.toml"),
+        (26.1, "6 full LiHV cells (4.35 V each)"),
+    ],
+)  # fmt: skip
+def test_a_voltage_that_full_lihv_cells_have_too_names_both_counts(
+    top_V: float, counts: str
+) -> None:
+    whole = log()
+    pack = battery(whole, series=None, voltage_V=np.full(whole.batteries[0].time_s.size, top_V))
+    (warning,) = choose_series(pack, "test").warnings
+    assert counts in warning.message
+
+
+@pytest.mark.parametrize("top_V", [4.2, 12.6, 16.8, 25.2, 50.4])
+def test_a_voltage_that_only_one_count_has_names_no_other(top_V: float) -> None:
+    whole = log()
+    pack = battery(whole, series=None, voltage_V=np.full(whole.batteries[0].time_s.size, top_V))
+    (warning,) = choose_series(pack, "test").warnings
+    assert "LiHV" not in warning.message
+
+
 @pytest.mark.parametrize("cells", [1, 2, 3, 4, 6, 8, 12, 14])
 @pytest.mark.parametrize("said", [None, 3])
 def test_cells_are_inferred_where_the_log_is_silent_or_cannot_be_right(
