@@ -16,9 +16,10 @@ from reports.result import Result
 from reports.results import result_of
 from reports.tables import profile_csv, segments_csv
 from segment.profile import PeriodicProfile
-from twin.whole_file import write_whole
+from twin.whole_file import PART, write_whole
 
 RESULT = "result.json"
+FLIGHT_FILES = frozenset({RESULT, "report.html", "segments.csv", "replay.parquet"})
 
 
 def write_flight(folder: Path, report: FlightReport) -> Result:
@@ -55,6 +56,18 @@ def read_result(folder: Path) -> Result | None:
         return Result.model_validate_json((folder / RESULT).read_bytes())
     except (OSError, ValidationError):
         return None
+
+
+def is_foreign(folder: Path) -> bool:
+    """Whether there is something at `folder` and none of it is a file of a flight, whole or not."""
+    try:
+        names = [path.name for path in folder.iterdir()]
+    except FileNotFoundError:
+        return False
+    except OSError:  # no folder, or one that may not be looked into
+        return True
+    ours = (name in FLIGHT_FILES or name.endswith(PART) for name in names)
+    return bool(names) and not any(ours)
 
 
 def kept_result(folder: Path, inputs_sha256: str) -> Result | None:

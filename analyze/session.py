@@ -14,7 +14,7 @@ from analyze.interrupt import Asked, remembered
 from analyze.job import Done, Job, Outcome, sha256_of
 from analyze.lines import closing_line, done_line, failed_line
 from analyze.names import free_name, printable
-from analyze.output import read_result, write_fleet
+from analyze.output import is_foreign, read_result, write_fleet
 from analyze.pack_choice import PackChoice
 from analyze.progress import progress
 from analyze.version import version
@@ -120,11 +120,16 @@ def _jobs(
 
 
 def _taken(out: Path, digest: str, used: set[str]) -> Callable[[str], bool]:
-    """Whether a folder name belongs to another log, of this run or of an earlier one."""
+    """Whether a folder name belongs to another log, of this run or an earlier one, or to the user.
+
+    A folder in which a run was interrupted belongs to the log of that name.
+    """
 
     def taken(name: str) -> bool:
+        if name.casefold() in used or is_foreign(out / name):
+            return True
         earlier = read_result(out / name)
-        return name.casefold() in used or (earlier is not None and earlier.flight.sha256 != digest)
+        return earlier is not None and earlier.flight.sha256 != digest
 
     return taken
 

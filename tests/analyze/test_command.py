@@ -207,6 +207,39 @@ def test_another_log_of_the_same_name_does_not_overwrite_the_first(tmp_path, ana
     assert len(analysed) == 2
 
 
+def test_a_folder_of_the_users_with_the_name_of_a_log_is_left_alone(tmp_path, analysed) -> None:
+    put(tmp_path, "flight.ulg")
+    (tmp_path / "flight").mkdir()
+    (tmp_path / "flight/photo.jpg").write_bytes(b"a photo")
+    call(tmp_path, "flight.ulg", "--out", ".")
+    run = call(tmp_path, "flight.ulg", "--out", ".")
+    digest = analyze.job.sha256_of(tmp_path / "flight.ulg")
+    assert made(tmp_path / "flight") == {"photo.jpg"}
+    assert made(tmp_path / f"flight-{digest[:8]}") == FILES
+    assert "kept      flight.ulg" in run.stdout
+    assert len(analysed) == 1
+
+
+@pytest.mark.usefixtures("analysed")
+def test_a_file_with_the_name_of_a_folder_is_left_alone(tmp_path) -> None:
+    put(tmp_path, "flight")
+    run = call(tmp_path, "flight", "--out", ".")
+    assert run.exit_code == 0, run.output
+    assert (tmp_path / "flight").is_file()
+
+
+@pytest.mark.parametrize("left", [[], ["report.html"], [".report.html.7.part"], ["result.json"]])
+@pytest.mark.usefixtures("analysed")
+def test_what_an_interrupted_run_left_is_replaced(tmp_path, left) -> None:
+    put(tmp_path, "flight.ulg")
+    (tmp_path / "analysis/flight").mkdir(parents=True)
+    for name in left:
+        (tmp_path / "analysis/flight" / name).write_text("half of i", encoding="utf-8")
+    call(tmp_path, "flight.ulg")
+    assert made(tmp_path / "analysis") == {"flight"}
+    assert made(tmp_path / "analysis/flight") >= FILES
+
+
 @pytest.mark.usefixtures("analysed")
 def test_a_profile_of_an_earlier_run_does_not_stay(tmp_path) -> None:
     put(tmp_path, "flight.ulg")
