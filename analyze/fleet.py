@@ -1,5 +1,6 @@
 """Many jobs: one after the other, or on the workers of a `distributed` cluster."""
 
+import asyncio
 import logging
 import signal
 from collections.abc import Generator, Sequence
@@ -39,7 +40,7 @@ def _distributed(
     jobs: Sequence[Job], workers: int, scheduler: str | None
 ) -> Generator[Outcome, None, None]:
     import dask
-    from distributed import LocalCluster, as_completed
+    from distributed import Client, LocalCluster, as_completed
 
     with ExitStack() as stack:
         for log in map(logging.getLogger, LOGS):
@@ -56,7 +57,11 @@ def _distributed(
                     silence_logs=logging.CRITICAL,
                 )
             )
-        client = stack.enter_context(_client(cluster))
+        else:
+            _find(scheduler)
+        client = stack.enter_context(
+            Client(cluster, timeout=CONNECT_S)  # type: ignore[no-untyped-call]
+        )
         if scheduler is None:
             client.run(_ignore_ctrl_c)
         waiting = {future: job for job in jobs for future in [client.submit(run, job, pure=False)]}
@@ -66,16 +71,24 @@ def _distributed(
             future.release()
 
 
-def _client(cluster: Any) -> Any:
-    """Of a cluster, or of the scheduler at an address; WrongUse if none answers there."""
-    from distributed import Client
+def _find(scheduler: str) -> None:
+    """WrongUse if no scheduler answers at that address.
+
+    Asked before there is a client: one that cannot connect is never closed, and blocks whichever
+    thread collects it.
+    """
+    from distributed import Security
+    from distributed.comm.core import connect
+
+    async def ask() -> None:
+        how = Security().get_connection_args("client")  # type: ignore[no-untyped-call]
+        comm = await connect(scheduler, timeout=CONNECT_S, **how)  # type: ignore[no-untyped-call]
+        await comm.close()
 
     try:
-        return Client(cluster, timeout=CONNECT_S)  # type: ignore[no-untyped-call]
+        asyncio.run(ask())
     except (OSError, ValueError) as e:  # ValueError: it is no address
-        if not isinstance(cluster, str):
-            raise
-        raise WrongUse(f"--scheduler {cluster}: no Dask scheduler answers there: {e}") from e
+        raise WrongUse(f"--scheduler {scheduler}: no Dask scheduler answers there: {e}") from e
 
 
 def _ignore_ctrl_c() -> None:
