@@ -3,6 +3,7 @@
 import os
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
+from errno import EACCES
 from pathlib import Path
 
 SENSOR_SUFFIXES = (".sensor.csv", ".SENSOR.CSV", ".csv", ".CSV")  # SD cards shout
@@ -14,7 +15,7 @@ class Found:
 
     Attributes:
         logs: files to analyse, sorted, none twice.
-        unreadable: files that could not be looked into, with the reason.
+        unreadable: files and folders that could not be looked into, with the reason.
         passed_over: how many files in the folders are no logs.
     """
 
@@ -35,8 +36,10 @@ def find(paths: Sequence[Path], *, besides: Path, is_log: Callable[[Path], bool]
         is_log: judges a file by its first bytes; may raise OSError.
     """
     named = {p.resolve(): p for p in paths if not p.is_dir()}
-    unreadable, others = [], []
-    for path in _files_below([p for p in paths if p.is_dir()], besides.resolve()):
+    unreadable: list[tuple[Path, str]] = []
+    others = []
+    folders = [p for p in paths if p.is_dir()]
+    for path in _files_below(folders, besides.resolve(), unreadable):
         try:
             if is_log(path):
                 named.setdefault(path.resolve(), path)
@@ -59,10 +62,21 @@ def sensor_beside(log: Path) -> Path | None:
     return None
 
 
-def _files_below(folders: Sequence[Path], besides: Path) -> Iterator[Path]:
+def _files_below(
+    folders: Sequence[Path], besides: Path, unreadable: list[tuple[Path, str]]
+) -> Iterator[Path]:
+    """All files; a folder that cannot be listed, or entered, is put to `unreadable`."""
+
+    def fail(e: OSError) -> None:
+        unreadable.append((Path(e.filename), e.strerror or str(e)))
+
     for folder in folders:
-        for at, below, names in os.walk(folder):
+        for at, below, names in os.walk(folder, onerror=fail):
             here = Path(at)
+            if not os.access(here, os.X_OK):  # its names may be read, but nothing else
+                unreadable.append((here, os.strerror(EACCES)))
+                below.clear()
+                continue
             below[:] = sorted(
                 d for d in below if not d.startswith(".") and (here / d).resolve() != besides
             )

@@ -1,13 +1,19 @@
 """Many jobs: one after the other, or on the workers of a `distributed` cluster."""
 
+import asyncio
 import logging
 import signal
 from collections.abc import Generator, Sequence
+from concurrent.futures import CancelledError
 from contextlib import ExitStack
 from typing import Any
 
+from analyze.checks import WrongUse
 from analyze.job import Failed, Job, Outcome, run
 from reports.fleet import Failure
+
+LOGS = ("distributed", "distributed.client")  # the library gives each a level of its own
+CONNECT_S = 10.0  # a scheduler that is there answers within a second, a lost one does not come back
 
 
 def outcomes(
@@ -20,6 +26,9 @@ def outcomes(
         workers: processes of this machine; 1 works in this process.
         scheduler: address of a running `distributed` scheduler instead, whose workers see the
             same paths.
+
+    Raises:
+        WrongUse: no scheduler answers at that address.
     """
     if scheduler is None and (workers == 1 or len(jobs) == 1):
         yield from map(run, jobs)
@@ -33,22 +42,26 @@ def _distributed(
     import dask
     from distributed import Client, LocalCluster, as_completed
 
-    log = logging.getLogger("distributed")
     with ExitStack() as stack:
-        stack.callback(log.setLevel, log.level)
-        log.setLevel(logging.CRITICAL + 1)  # what a user must know is said by the outcomes
+        for log in map(logging.getLogger, LOGS):
+            stack.callback(log.setLevel, log.level)
+            log.setLevel(logging.CRITICAL + 1)  # what a user must know is said by the outcomes
         stack.enter_context(dask.config.set({"distributed.scheduler.allowed-failures": 1}))
         cluster: Any = scheduler
         if scheduler is None:
             cluster = stack.enter_context(
                 LocalCluster(  # type: ignore[no-untyped-call]
                     n_workers=workers,
-                    threads_per_worker=1,  # CasADi and the warning filters are not thread-safe
+                    threads_per_worker=1,  # a job has its process to itself
                     dashboard_address=None,
                     silence_logs=logging.CRITICAL,
                 )
             )
-        client = stack.enter_context(Client(cluster))  # type: ignore[no-untyped-call]
+        else:
+            _find(scheduler)
+        client = stack.enter_context(
+            Client(cluster, timeout=CONNECT_S)  # type: ignore[no-untyped-call]
+        )
         if scheduler is None:
             client.run(_ignore_ctrl_c)
         waiting = {future: job for job in jobs for future in [client.submit(run, job, pure=False)]}
@@ -58,16 +71,39 @@ def _distributed(
             future.release()
 
 
+def _find(scheduler: str) -> None:
+    """WrongUse if no scheduler answers at that address.
+
+    Asked before there is a client: one that cannot connect is never closed, and blocks whichever
+    thread collects it.
+    """
+    from distributed import Security
+    from distributed.comm.core import connect
+
+    async def ask() -> None:
+        how = Security().get_connection_args("client")  # type: ignore[no-untyped-call]
+        comm = await connect(scheduler, timeout=CONNECT_S, **how)  # type: ignore[no-untyped-call]
+        await comm.close()
+
+    try:
+        asyncio.run(ask())
+    except (OSError, ValueError) as e:  # ValueError: it is no address
+        raise WrongUse(f"--scheduler {scheduler}: no Dask scheduler answers there: {e}") from e
+
+
 def _ignore_ctrl_c() -> None:
     """On a worker: a terminal's Ctrl-C reaches it too, but it is the command that ends it."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
 
 
 def _outcome(job: Job, future: Any) -> Outcome:
-    """The result of a future; `run` raises nothing, so an error is the worker's own end."""
-    error = future.exception()
-    if error is None:
+    """The result of a future; `run` raises nothing, so an error is that of a worker or its loss."""
+    try:
         outcome: Outcome = future.result()
+    except CancelledError:
+        reason = "the connection to the scheduler was lost before its worker had an answer"
+    except Exception as e:
+        reason = f"the worker was lost ({type(e).__name__}): out of memory, or it crashed"
+    else:
         return outcome
-    reason = f"the worker was lost ({type(error).__name__}): out of memory, or it crashed"
     return Failed(job=job, failure=Failure(file=job.shown, code="worker_lost", reason=reason))

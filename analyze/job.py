@@ -4,6 +4,7 @@ All of it can be pickled: a job runs in this process or on a worker.
 """
 
 import hashlib
+import threading
 import time
 import traceback
 import warnings
@@ -22,6 +23,10 @@ from reports.result import Result
 REPORT_IT = "This is a fault of the program, not of the log: please report it with the log."
 
 
+ONE_AT_A_TIME = threading.Lock()
+"""Of a process: CasADi and the warning filters are not thread-safe."""
+
+
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Job:
     """What is to be done with one log.
@@ -31,6 +36,7 @@ class Job:
         shown: the path as the user would write it, safe to print.
         folder: where the results go.
         sensor: recording of the current sensor, or None.
+        sensor_named: it was asked for; one that was only found may turn out to be unreadable.
         pack: the pack file, or None.
         battery: instance of the battery, None for the one that carries the flight.
         force: analyse again what is up to date.
@@ -41,6 +47,7 @@ class Job:
     shown: str
     folder: Path
     sensor: Path | None = None
+    sensor_named: bool = False
     pack: PackChoice | None = None
     battery: int | None = None
     force: bool = False
@@ -77,9 +84,12 @@ Outcome = Done | Failed
 
 
 def run(job: Job) -> Outcome:
-    """Analyse one log and write its results; what goes wrong costs this log only."""
+    """Analyse one log and write its results; what goes wrong costs this log only.
+
+    Workers of several threads do one job after the other.
+    """
     try:
-        with warnings.catch_warnings(record=True) as caught:
+        with ONE_AT_A_TIME, warnings.catch_warnings(record=True) as caught:
             warnings.simplefilter("always")
             result, kept = _run(job)
         remarks = tuple(f"{w.category.__name__}: {w.message}" for w in caught)
@@ -102,10 +112,10 @@ def _run(job: Job) -> tuple[Result, bool]:
 
 
 def _inputs(job: Job) -> Inputs:
-    sensor_sha256 = sha256_of(job.sensor) if job.sensor else ""
+    sensor_sha256 = _sensor_sha256(job)
     log_sha256 = sha256_of(job.log)
     pack_sha256 = job.pack.sha256 if job.pack else ""
-    options = f"{job.battery} {job.thorough}"
+    options = f"{job.battery} {job.thorough} {job.sensor is not None}"
     everything = (log_sha256, sensor_sha256, pack_sha256, options, version())
     return Inputs(
         log=job.log,
@@ -117,6 +127,16 @@ def _inputs(job: Job) -> Inputs:
         sha256=hashlib.sha256("\0".join(everything).encode()).hexdigest(),
         thorough=job.thorough,
     )
+
+
+def _sensor_sha256(job: Job) -> str:
+    """Nothing if there is none, or if one that was not asked for cannot be read: why is told."""
+    try:
+        return sha256_of(job.sensor) if job.sensor else ""
+    except OSError:
+        if job.sensor_named:
+            raise
+        return ""
 
 
 def sha256_of(path: Path) -> str:

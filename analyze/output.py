@@ -16,15 +16,16 @@ from reports.result import Result
 from reports.results import result_of
 from reports.tables import profile_csv, segments_csv
 from segment.profile import PeriodicProfile
-from twin.whole_file import write_whole
+from twin.whole_file import PART, write_whole
 
 RESULT = "result.json"
+FLIGHT_FILES = frozenset({RESULT, "report.html", "segments.csv", "replay.parquet"})
 
 
 def write_flight(folder: Path, report: FlightReport) -> Result:
     """Write all files of a flight into `folder`; the result comes last, for it vouches for all."""
-    result = result_of(report)
     files = flight_files(report)
+    result = result_of(report, files)
     folder.mkdir(parents=True, exist_ok=True)
     (folder / RESULT).unlink(missing_ok=True)
     for old in folder.glob("profile_*.csv"):
@@ -57,12 +58,25 @@ def read_result(folder: Path) -> Result | None:
         return None
 
 
+def is_foreign(folder: Path) -> bool:
+    """Whether there is something at `folder` and none of it is a file of a flight, whole or not."""
+    try:
+        names = [path.name for path in folder.iterdir()]
+    except FileNotFoundError:
+        return False
+    except OSError:  # no folder, or one that may not be looked into
+        return True
+    ours = (name in FLIGHT_FILES or name.endswith(PART) for name in names)
+    return bool(names) and not any(ours)
+
+
 def kept_result(folder: Path, inputs_sha256: str) -> Result | None:
-    """The result in `folder` if it was made from the same inputs and its page is there."""
+    """The result in `folder` if it was made from the same inputs and all its files are there."""
     result = read_result(folder)
     if result is None or result.provenance.parameters.inputs_sha256 != inputs_sha256:
         return None
-    return result if (folder / "report.html").is_file() else None
+    files = result.provenance.files
+    return result if files and all((folder / name).is_file() for name in files) else None
 
 
 def write_fleet(out: Path, fleet: Fleet) -> None:

@@ -94,7 +94,7 @@ def read_flight(source: Source) -> Flight:
 
     Raises:
         LogError: the log cannot be read, or (`Refusal`) its flight cannot be analysed.
-        OSError: a file cannot be opened.
+        OSError: the log cannot be opened.
     """
     with source.log.open("rb") as stream:
         log = read_log(stream, name=printable(source.log.name))
@@ -127,7 +127,7 @@ def analyse(inputs: Inputs, *, clock: Callable[[], float]) -> FlightReport:
 
     Raises:
         LogError: the log cannot be read, or (`Refusal`) its flight cannot be analysed.
-        OSError: a file cannot be opened.
+        OSError: the log cannot be opened.
     """
     began = clock()
     _compile_ahead(inputs.pack)
@@ -186,6 +186,8 @@ def _sensor(source: Source, log: FlightLog) -> Sensor:
         return Sensor(refusal=f"{e} ({e.code})", warnings=warnings)
     except LogError as e:
         return Sensor(refusal=str(e))
+    except OSError as e:
+        return Sensor(refusal=f"{printable(source.sensor.name)} cannot be read: {e.strerror or e}")
     return Sensor(aligned=aligned, warnings=warnings)
 
 

@@ -14,7 +14,7 @@ from analyze.interrupt import Asked, remembered
 from analyze.job import Done, Job, Outcome, sha256_of
 from analyze.lines import closing_line, done_line, failed_line
 from analyze.names import free_name, printable
-from analyze.output import read_result, write_fleet
+from analyze.output import is_foreign, read_result, write_fleet
 from analyze.pack_choice import PackChoice
 from analyze.progress import progress
 from analyze.version import version
@@ -52,7 +52,10 @@ class Tally:
 
 
 def run_session(options: Options) -> int:
-    """Do all of it; the exit code: 0 all analysed, 1 some failed, 130 interrupted."""
+    """Do all of it; the exit code: 0 all analysed, 1 some failed, 130 interrupted.
+
+    It is 1, too, where the files of the fleet could not be written.
+    """
     pack = checked_pack(options.pack) if options.pack else None
     found = _found(options)
     make_writable(options.out)
@@ -67,13 +70,12 @@ def run_session(options: Options) -> int:
         click.echo(f"Interrupted: {_sum(tally, found)} What is written is whole.", err=True)
         return 130
     fleet = len(found.logs) > 1 or any(p.is_dir() for p in options.paths)
-    if fleet:
-        write_fleet(options.out, _fleet(tally, found))
+    whole = not fleet or _fleet_written(options.out, _fleet(tally, found))
     if not options.quiet:
         click.echo(_sum(tally, found))
-        if fleet:
+        if fleet and whole:
             click.echo(f"All of them on one page: {click.format_filename(options.out)}/index.html")
-    return 1 if tally.failed else 0
+    return 0 if whole and not tally.failed else 1
 
 
 def _found(options: Options) -> Found:
@@ -98,6 +100,7 @@ def _jobs(
         except OSError as e:
             _note_failure(_unreadable(log, e.strerror or str(e)), tally)
             continue
+        sensor = options.sensor or sensor_beside(log)
         name = free_name(printable(log.stem), digest, _taken(options.out, digest, used))
         used.add(name.casefold())
         jobs.append(
@@ -105,7 +108,8 @@ def _jobs(
                 log=log.absolute(),
                 shown=click.format_filename(log),
                 folder=options.out.absolute() / name,
-                sensor=(options.sensor or sensor_beside(log)),
+                sensor=sensor.absolute() if sensor else None,
+                sensor_named=options.sensor is not None,
                 pack=pack,
                 battery=options.battery,
                 force=options.force,
@@ -116,11 +120,16 @@ def _jobs(
 
 
 def _taken(out: Path, digest: str, used: set[str]) -> Callable[[str], bool]:
-    """Whether a folder name belongs to another log, of this run or of an earlier one."""
+    """Whether a folder name belongs to another log, of this run or an earlier one, or to the user.
+
+    A folder in which a run was interrupted belongs to the log of that name.
+    """
 
     def taken(name: str) -> bool:
+        if name.casefold() in used or is_foreign(out / name):
+            return True
         earlier = read_result(out / name)
-        return name.casefold() in used or (earlier is not None and earlier.flight.sha256 != digest)
+        return earlier is not None and earlier.flight.sha256 != digest
 
     return taken
 
@@ -166,6 +175,17 @@ def _unreadable(path: Path, reason: str) -> Failure:
 def _sum(tally: Tally, found: Found) -> str:
     analysed = len(tally.done) - tally.kept
     return closing_line(analysed, tally.kept, len(tally.failed), found.passed_over)
+
+
+def _fleet_written(out: Path, fleet: Fleet) -> bool:
+    """Whether the files of the fleet could be written; if not, why is said."""
+    try:
+        write_fleet(out, fleet)
+    except OSError as e:
+        text = "index.html, fleet.parquet and failures.json could not all be written"
+        click.echo(f"{click.format_filename(out)}: {text}: {e}", err=True)
+        return False
+    return True
 
 
 def _fleet(tally: Tally, found: Found) -> Fleet:

@@ -79,12 +79,14 @@ class AlignedSensor:
         time_s: (n,) on the clock of the flight log, strictly increasing.
         current_A: (n,) as in `SensorLog`: discharge positive, NaN where not measured.
         fit: the map of the clocks and how well it is known.
+        battery: instance of the battery whose current it follows; None if thrust fixed the clock.
         warnings: everything doubtful in the alignment.
     """
 
     time_s: FloatArray
     current_A: FloatArray
     fit: ClockFit
+    battery: int | None = None
     warnings: tuple[LogWarning, ...] = ()
 
     def __post_init__(self) -> None:
@@ -259,6 +261,7 @@ def finish(sensor: SensorLog, log: FlightLog, rough: Rough) -> AlignedSensor:
         time_s=polished.clock.to_reference(sensor.time_s),
         current_A=sensor.current_A,
         fit=fit,
+        battery=rough.reference.battery,
         warnings=doubts(fit, sensor.name, rough.reference.source),
     )
 
@@ -297,6 +300,7 @@ def finish_by_thrust(sensor: SensorLog, rough: Rough, names: str) -> AlignedSens
         time_s=clock.to_reference(sensor.time_s),
         current_A=sensor.current_A,
         fit=fit,
+        battery=rough.reference.battery,
         warnings=doubts(fit, sensor.name, rough.reference.source),
     )
 

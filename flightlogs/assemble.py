@@ -33,7 +33,8 @@ def assemble(
 
     Args:
         log: what a reader found.
-        battery: instance of the battery to analyse; None takes the one that carries propulsion.
+        battery: instance of the battery to analyse; None takes the one that the sensor follows, or
+            else that carries propulsion.
         sensor: the current sensor's recording on the log's clock; its current is then used.
 
     Raises:
@@ -42,7 +43,11 @@ def assemble(
     refuse_other_vehicles(log)
     flights = choose_flight(log)
     pack, pack_warnings = choose_battery(
-        log, flights, battery, current_elsewhere=sensor is not None
+        log,
+        flights,
+        battery,
+        current_elsewhere=sensor is not None,
+        followed=sensor.battery if sensor is not None else None,
     )
     cells = choose_series(pack, log.name)
     current = _current(log, pack, sensor, flights)
@@ -50,10 +55,12 @@ def assemble(
     velocity, velocity_warnings = _credible_velocity(log, flights)
     slope = _slope(pack, current, flights)
     ratio = _coulomb(pack, current, flights)
+    flying = within(t, (flights.flight,))
     doubts = (
+        quality.sign_warning(t[flying], current.values[flying], current.source),
         quality.scale_warning(slope, cells.series, pack.capacity_C, current.source),
         quality.coulomb_warning(ratio, current.source),
-        quality.gap_warning(t[within(t, (flights.flight,))], current.source),
+        quality.gap_warning(t[flying], current.source),
         _capacity_warning(pack),
         _simulation_warning(log),
         _unknown_vehicle(log),

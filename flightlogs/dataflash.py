@@ -26,7 +26,7 @@ from flightlogs.dataflash_flight import armed_spans, in_air_spans
 from flightlogs.dataflash_text import is_text, read_text
 from flightlogs.dataflash_time import NOT_DATA, Timed, end_s, timed_tables
 from flightlogs.errors import LogDamaged, LogWarning, NotALog
-from flightlogs.log import Channel, FlightLog, ModeSpan
+from flightlogs.log import Channel, FlightLog, FloatArray, ModeSpan
 from flightlogs.measured import battery_log
 from flightlogs.spans import mode_spans
 from flightlogs.stamps import FileClock
@@ -153,11 +153,16 @@ def _logger_drops(timed: Timed) -> tuple[LogWarning, ...]:
     """Messages the logger could not write: PM counts them since its last row, DSF in all."""
     dropped = 0
     if "PM" in timed and "LogDrop" in timed["PM"][0].numbers:
-        dropped = int(np.sum(timed["PM"][0].numbers["LogDrop"]))
+        dropped = int(np.sum(_finite(timed["PM"][0].numbers["LogDrop"])))
     elif "DSF" in timed and "Dp" in timed["DSF"][0].numbers:
-        dropped = int(np.max(timed["DSF"][0].numbers["Dp"], initial=0))
+        dropped = int(np.max(_finite(timed["DSF"][0].numbers["Dp"]), initial=0))
     message = f"the logger says it could not write {dropped} messages"
     return (LogWarning("logger_dropped", message),) if dropped else ()
+
+
+def _finite(values: FloatArray) -> FloatArray:
+    """(m,) those that a damaged row of a text log has not spoilt."""
+    return values[np.isfinite(values)]
 
 
 def _start_utc(timed: Timed) -> datetime | None:
@@ -170,7 +175,8 @@ def _start_utc(timed: Timed) -> datetime | None:
         status = table.numbers.get("Status")
         if week is None or ms is None or status is None:
             continue
-        good = np.flatnonzero((status >= dataflash_motion.FIX_3D) & (week > 0) & (time_s >= 0))
+        fixed = (status >= dataflash_motion.FIX_3D) & (week > 0) & (time_s >= 0)
+        good = np.flatnonzero(fixed & np.isfinite(week) & np.isfinite(ms))
         if good.size:
             i = int(good[0])
             return utc_at(ardupilot.unix_s(week[i], ms[i]) - float(time_s[i]))

@@ -60,7 +60,10 @@ def detect(head: bytes, *, name: str) -> Format:
         return Format.DATAFLASH
     if TEXT_FMT.search(head):
         return Format.DATAFLASH_TEXT
-    if any(_chain(head, m.start() - STAMP_BYTES) for m in MAVLINK.finditer(head, STAMP_BYTES)):
+    places = [m.start() for m in MAVLINK.finditer(head)]
+    if any(_chain(head, at - STAMP_BYTES) for at in places if at >= STAMP_BYTES):
+        return Format.TLOG
+    if any(_bare_chain(head, at) for at in places):
         return Format.TLOG
     raise NotALog(
         f"{name}: {_impression(head)}; expected a PX4 ULog, a MAVLink .tlog, an ArduPilot "
@@ -74,19 +77,32 @@ def _is_label_list(text: bytes) -> bool:
 
 def _chain(head: bytes, start: int) -> bool:
     """True if stamped MAVLink packets follow each other from `start` with stamps that fit."""
-    stamps = list(islice(_packet_stamps(head, start), CHAIN))
+    records = list(islice(_records(head, start, STAMP_BYTES), CHAIN))
+    stamps = [int.from_bytes(head[at : at + STAMP_BYTES], "big") for at in records]
     steps = [b - a for a, b in pairwise(stamps)]
     return len(stamps) == CHAIN and all(abs(step) < MAX_PAUSE_US for step in steps)
 
 
-def _packet_stamps(head: bytes, at: int) -> Iterator[int]:
-    while at + STAMP_BYTES + 3 <= len(head):
-        magic, payload, flags = head[at + STAMP_BYTES : at + STAMP_BYTES + 3]
+def _bare_chain(head: bytes, start: int) -> bool:
+    """True if packets without stamps follow each other from `start`, each with a right checksum."""
+    records = list(islice(_records(head, start, 0), CHAIN))
+    if len(records) < CHAIN:
+        return False
+    from flightlogs.tlog_packets import is_sound, packet_at  # late: it takes all of MAVLink with it
+
+    packets = (packet_at(head, at) for at in records)
+    return all(packet is not None and is_sound(head, packet) for packet in packets)
+
+
+def _records(head: bytes, at: int, stamp_bytes: int) -> Iterator[int]:
+    """Offsets of MAVLink packets that follow each other, `stamp_bytes` before each included."""
+    while at + stamp_bytes + 3 <= len(head):
+        magic, payload, flags = head[at + stamp_bytes : at + stamp_bytes + 3]
         if magic not in MAVLINK_OVERHEAD:
             return
-        yield int.from_bytes(head[at : at + STAMP_BYTES], "big")
+        yield at
         signed = magic == 0xFD and flags & SIGNED
-        at += STAMP_BYTES + MAVLINK_OVERHEAD[magic] + payload + SIGNATURE_BYTES * signed
+        at += stamp_bytes + MAVLINK_OVERHEAD[magic] + payload + SIGNATURE_BYTES * signed
 
 
 def _impression(head: bytes) -> str:

@@ -12,6 +12,9 @@ CELSIUS_K = 273.15
 MAH_C = 3.6
 DEAD_VOLTAGE_V = 1.0  # no pack that flies is below: the sensor is not wired
 IMPOSSIBLE_A, IMPOSSIBLE_V = 2000.0, 1000.0  # beyond any multirotor: the bytes were damaged
+COLDEST_K, HOTTEST_K = 213.15, 393.15
+"""-60 degC: the electrolyte is frozen; 120 degC: separators melt. No cell flies beyond either."""
+NEAR_ZERO_K = 3.0  # a pack that passes through 0 degC is measured beside it, too
 STILL_VOLTAGE = 0.03  # share of its median within which an unloaded or unwired voltage stays
 
 
@@ -88,11 +91,27 @@ class _Judge:
         return voltage_V
 
     def temperature(self, temperature_K: FloatArray | None) -> FloatArray | None:
-        """None where nothing but 0 degC was ever logged, which means that nothing measured it."""
+        """NaN where nothing can have measured it; None where nothing ever did.
+
+        Exactly 0 degC stands for "no answer yet" where no other value comes near it.
+        """
         if temperature_K is None:
             return None
-        known = temperature_K[np.isfinite(temperature_K)]
-        return temperature_K if np.any(known != CELSIUS_K) else None
+        beyond = (temperature_K < COLDEST_K) | (temperature_K > HOTTEST_K)
+        if beyond.any():
+            low, high = COLDEST_K - CELSIUS_K, HOTTEST_K - CELSIUS_K
+            message = f"{int(beyond.sum())} temperatures outside {low:g} to {high:g} degC"
+            self.warn("impossible_values", f"{message} were left out")
+        temperature_K = np.where(beyond, np.nan, temperature_K)
+        zero = temperature_K == CELSIUS_K
+        others = temperature_K[np.isfinite(temperature_K) & ~zero]
+        if not others.size:
+            return None
+        if not zero.any() or np.min(np.abs(others - CELSIUS_K)) < NEAR_ZERO_K:
+            return temperature_K
+        message = f"{int(zero.sum())} samples of exactly 0 degC were left out: no other is near it"
+        self.warn("temperature_not_measured", message)
+        return np.where(zero, np.nan, temperature_K)
 
     def charge(self, charge_C: FloatArray | None) -> FloatArray | None:
         """None for a counter that never moves."""

@@ -141,6 +141,19 @@ def coulomb_warning(ratio: float | None, where: str) -> LogWarning | None:
     )
 
 
+def sign_warning(time_s: FloatArray, current_A: FloatArray, where: str) -> LogWarning | None:
+    """Where a flight has charged its pack on balance, which no multirotor does."""
+    drawn_C = charge_C(time_s, current_A)
+    if drawn_C > 0:
+        return None
+    return LogWarning(
+        "current_sign_doubtful",
+        f"the pack gave {drawn_C / AH_C:.3f} Ah in flight on balance: the current sensor is "
+        "reversed, or its zero is far off. The current was used as it is",
+        where,
+    )
+
+
 def gap_warning(time_s: FloatArray, where: str) -> LogWarning | None:
     """Steps between current samples that are longer than usual, and what they sum to."""
     steps = np.diff(time_s)

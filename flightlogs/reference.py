@@ -1,6 +1,6 @@
 """What in a flight log can be held against the sensor's current."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -21,12 +21,14 @@ class Reference:
         source: topic and field, for messages.
         time_s: (m,) on the log's clock, strictly increasing.
         values: (m,) finite; any scale and zero.
+        battery: instance of the battery whose current it is, None for thrust.
     """
 
     method: str
     source: str
     time_s: FloatArray
     values: FloatArray
+    battery: int | None = None
 
 
 def reference(method: str, source: str, time_s: FloatArray, values: FloatArray) -> Reference | None:
@@ -47,7 +49,8 @@ def of_battery(battery: BatteryLog) -> Reference | None:
     if battery.current_A is None:
         return None
     source = battery.current_source or battery.label
-    return reference(BATTERY_CURRENT, source, battery.time_s, battery.current_A)
+    found = reference(BATTERY_CURRENT, source, battery.time_s, battery.current_A)
+    return None if found is None else replace(found, battery=battery.instance)
 
 
 def candidates(log: FlightLog, battery: int | None) -> tuple[Reference, ...]:

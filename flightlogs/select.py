@@ -12,6 +12,7 @@ from flightlogs.resample import charge_C, resample, within
 LEAST_FLIGHT_SAMPLES = 10
 INDIFFERENT = 0.2  # weight of a battery whose current ignores the thrust
 CELL_FULL_V = 4.25  # a full LiPo or Li-ion cell has 4.2 V
+LIHV_FULL_V = 4.36  # 4.35 V, and what voltage dividers are off by
 CELL_RANGE_V = (2.8, 4.4)  # of a cell in flight, on average
 
 
@@ -25,11 +26,16 @@ class Cells:
 
 
 def choose_battery(
-    log: FlightLog, flights: Flights, wanted: int | None, *, current_elsewhere: bool
+    log: FlightLog,
+    flights: Flights,
+    wanted: int | None,
+    *,
+    current_elsewhere: bool,
+    followed: int | None = None,
 ) -> tuple[BatteryLog, tuple[LogWarning, ...]]:
-    """The battery asked for, else the one that carries the propulsion.
+    """The battery asked for, else that of the current sensor, else the one of the propulsion.
 
-    That is the one that gave the most energy in flight, weighed by how its current follows the
+    The last is the one that gave the most energy in flight, weighed by how its current follows the
     thrust: propulsion takes nine tenths and more of what a multirotor draws.
 
     Args:
@@ -37,16 +43,21 @@ def choose_battery(
         flights: the flight chosen.
         wanted: instance, or None.
         current_elsewhere: a sensor gives the current.
+        followed: instance of the battery whose current that sensor follows, or None.
 
     Raises:
         Refusal: `no_battery`, `no_current` or `no_voltage`.
     """
-    battery = _wanted(log, wanted) if wanted is not None else _propulsion(log, flights)
+    if wanted is not None:
+        battery, reason = _wanted(log, wanted), "asked for"
+    elif followed is not None:
+        battery, reason = _wanted(log, followed), "its current is the one that the sensor follows"
+    else:
+        battery, reason = _propulsion(log, flights), "it carries the propulsion current"
     _refuse_unmeasured(log, battery, current_elsewhere=current_elsewhere)
     others = [b for b in log.batteries if b is not battery]
     if not others:
         return battery, ()
-    reason = "asked for" if wanted is not None else "it carries the propulsion current"
     named = ", ".join(f"{b.instance}: {b.label}" for b in others)
     text = f"battery {battery.instance} ({battery.label}) is analysed, {reason}; not: {named}"
     return battery, (LogWarning("several_batteries", text, battery.label),)
@@ -66,13 +77,18 @@ def _propulsion(log: FlightLog, flights: Flights) -> BatteryLog:
             "no_battery",
             f"{log.name}: no battery channel in the log; enable the power module and its logging",
         )
-    return max(log.batteries, key=lambda b: _propulsion_J(b, log, flights))
+    return max(
+        log.batteries, key=lambda b: (_propulsion_J(b, log, flights), b.voltage_V is not None)
+    )
 
 
 def _propulsion_J(battery: BatteryLog, log: FlightLog, flights: Flights) -> float:
-    """Energy drawn in flight, less where the current does not follow the thrust; -1 if unknown."""
+    """Energy drawn in flight, less where the current does not follow the thrust; -inf if unknown.
+
+    A reversed current draws less than none, and is better than an unknown one.
+    """
     if battery.current_A is None:
-        return -1.0
+        return -np.inf
     flying = within(battery.time_s, flights.in_air) & np.isfinite(battery.current_A)
     t, current = battery.time_s[flying], battery.current_A[flying]
     volts = 1.0 if battery.voltage_V is None else float(np.nanmedian(battery.voltage_V))
@@ -128,9 +144,15 @@ def choose_series(battery: BatteryLog, name: str) -> Cells:
         return Cells(series=battery.series, inferred=False)
     series = max(1, int(np.ceil(top / CELL_FULL_V)))
     said = f"the log says {battery.series}" if battery.series else "the log does not say"
+    fewer = series - 1
+    lihv = (
+        f", and {fewer} full LiHV cells ({top / fewer:.2f} V each) look the same"
+        if top <= LIHV_FULL_V * fewer
+        else ""
+    )
     text = (
         f"{series} cells in series taken from the voltage ({top:.2f} V at most, {top / series:.2f} "
-        f"a cell; {said}). A pack that was not full has more: state it in pack.toml"
+        f"a cell; {said}). A pack that was not full has more{lihv}: state series in pack.toml"
     )
     warning = LogWarning("cell_count_inferred", text, battery.label)
     return Cells(series=series, inferred=True, warnings=(warning,))

@@ -192,6 +192,28 @@ def read_table(data: bytes, name: str) -> RawTable:
         NotALog: this is no table with a time and a current.
     """
     text = decode(data)
+    try:
+        rows, header = rows_of(text, name)
+    except csv.Error as e:
+        raise NotALog(
+            f"{name}: line {unclosed(text)}: no table: {e}; expected a quote to be closed in the "
+            "line it is opened in"
+        ) from e
+    body = [row for row in rows if row != header]
+    if header is None:
+        refuse_strange_header(body[0], name)
+    cut = not text.endswith(("\n", "\r"))
+    repeated = 0 if header is None else max(len(rows) - len(body) - 1, 0)
+    return extract(body[:-1] if cut else body, header, name, repeated_headers=repeated, cut=cut)
+
+
+def rows_of(text: str, name: str) -> tuple[list[list[str]], list[str] | None]:
+    """Fields of each line that is no comment, and the header if there is one.
+
+    Raises:
+        NotALog: no delimiter makes a table of it.
+        csv.Error: a field is too long for one.
+    """
     lines = [line for line in text.splitlines() if line.strip()]
     comments = [line.strip() for line in lines if line.lstrip().startswith(COMMENTS)]
     lines = [line for line in lines if not line.lstrip().startswith(COMMENTS)]
@@ -202,13 +224,14 @@ def read_table(data: bytes, name: str) -> RawTable:
             "; tab | , or blanks"
         )
     rows = split(lines, delimiter)
-    header = find_header(rows, comments, delimiter)
-    body = [row for row in rows if row != header]
-    if header is None:
-        refuse_strange_header(body[0], name)
-    cut = not text.endswith(("\n", "\r"))
-    repeated = 0 if header is None else max(len(rows) - len(body) - 1, 0)
-    return extract(body[:-1] if cut else body, header, name, repeated_headers=repeated, cut=cut)
+    return rows, find_header(rows, comments, delimiter)
+
+
+def unclosed(text: str) -> int:
+    """Number, from 1, of the first line with a quote too many; of the longest if none has one."""
+    lines = text.splitlines()
+    odd = (k for k, line in enumerate(lines) if line.count('"') % 2)
+    return 1 + next(odd, max(range(len(lines)), key=lambda k: len(lines[k])))
 
 
 def refuse_strange_header(first: list[str], name: str) -> None:

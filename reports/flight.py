@@ -123,7 +123,7 @@ class Provenance:
     Attributes:
         sha256: of the log file.
         sensor_name: sensor file that was used or refused, "" if none.
-        sensor_sha256: of that file, "" if none.
+        sensor_sha256: of that file, "" if none, or if it could not be read.
         pack_sha256: of the pack file and its cell file, "" if none.
         inputs_sha256: of all of these and the options; equal inputs give an equal result.
         version: of this program.

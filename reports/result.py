@@ -36,9 +36,9 @@ class Result(Part):
     motions: MotionsPart
     replay: ReplayPart
     assessment: AssessmentPart | None
-    """Null if the damage could not be judged; `quality` says why."""
+    """Null if the damage could not be judged; the warning `no_damage` in `quality` says why."""
     mismatch: MismatchPart | None
-    """Null if it could not be judged; the page says why."""
+    """Null if it could not be judged; the warning `no_mismatch` in `quality` says why."""
     provenance: ProvenancePart
 
 

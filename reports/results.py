@@ -1,6 +1,7 @@
 """`FlightReport` -> `Result`: the numbers of a page for programs to read."""
 
 import math
+from collections.abc import Iterable
 
 import numpy as np
 
@@ -35,8 +36,13 @@ from twin.mismatch import Finding, finding_json
 from twin.replay import Replay
 
 
-def result_of(report: FlightReport) -> Result:
-    """All that `result.json` says of a flight; charges in Ah, temperatures in degrees Celsius."""
+def result_of(report: FlightReport, files: Iterable[str] = ()) -> Result:
+    """All that `result.json` says of a flight; charges in Ah, temperatures in degrees Celsius.
+
+    Args:
+        report: the flight.
+        files: names of those that are written with it.
+    """
     return Result(
         flight=_flight(report),
         pack=_pack(report),
@@ -47,7 +53,7 @@ def result_of(report: FlightReport) -> Result:
         replay=_replay(report.replay),
         assessment=assessment_part(report.damage),
         mismatch=_mismatch(report.mismatch),
-        provenance=_provenance(report),
+        provenance=_provenance(report, tuple(sorted(files))),
     )
 
 
@@ -123,11 +129,12 @@ def _fit(report: FlightReport) -> FitPart | None:
 
 
 def _quality(report: FlightReport) -> QualityPart:
-    recording, gaps = report.recording, report.gaps
+    recording, gaps, said = report.recording, report.gaps, report.recording.warnings
     resistance = recording.resistance_ohm
     return QualityPart(
-        warnings=tuple(
-            WarningPart(code=w.code, message=w.message, where=w.where) for w in recording.warnings
+        warnings=(
+            *(WarningPart(code=w.code, message=w.message, where=w.where) for w in said),
+            *_not_judged(report),
         ),
         dropouts_s=report.log.dropouts_s,
         recovered_fraction=report.log.recovered_fraction,
@@ -141,6 +148,15 @@ def _quality(report: FlightReport) -> QualityPart:
         ),
         current_source="sensor" if recording.current_source == "sensor" else "autopilot",
     )
+
+
+def _not_judged(report: FlightReport) -> tuple[WarningPart, ...]:
+    """Why `assessment`, or `mismatch`, is null."""
+    reasons = {
+        "no_damage": report.no_damage,
+        "no_mismatch": report.mismatch.reason if isinstance(report.mismatch, NoMismatch) else "",
+    }
+    return tuple(WarningPart(code=c, message=text, where="") for c, text in reasons.items() if text)
 
 
 def _alignment(report: FlightReport) -> AlignmentPart | None:
@@ -222,7 +238,7 @@ def _replay(replay: Replay) -> ReplayPart:
     )
 
 
-def _provenance(report: FlightReport) -> ProvenancePart:
+def _provenance(report: FlightReport, files: tuple[str, ...]) -> ProvenancePart:
     made, pack = report.provenance, report.pack
     return ProvenancePart(
         version=made.version,
@@ -237,6 +253,7 @@ def _provenance(report: FlightReport) -> ProvenancePart:
         ),
         solver=made.solver,
         seconds=made.seconds,
+        files=files,
     )
 
 

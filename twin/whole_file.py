@@ -3,6 +3,8 @@
 import os
 from pathlib import Path
 
+PART = ".part"  # how the name of a file ends that is still being written
+
 
 def write_whole(path: Path, content: str | bytes) -> None:
     """Put `content` at `path`, replacing what was there in one step; OSError leaves it untouched.
@@ -11,7 +13,7 @@ def write_whole(path: Path, content: str | bytes) -> None:
     since a rename is only one step within a file system.
     """
     data = content.encode("utf-8") if isinstance(content, str) else content
-    part = path.with_name(f".{path.name}.{os.getpid()}.part")
+    part = path.with_name(f".{path.name}.{os.getpid()}{PART}")
     try:
         part.write_bytes(data)
         part.replace(path)

@@ -57,3 +57,5 @@ class ProvenancePart(Part):
     solver: str
     seconds: NotNegative
     """Wall time from opening the log to the finished result."""
+    files: tuple[str, ...] = ()
+    """Names of the others that were written with it, into the same folder."""

@@ -39,7 +39,7 @@ def _other_files(report: FlightReport) -> tuple[Row, ...]:
     made = report.provenance
     rows = []
     if made.sensor_name:
-        note = f"SHA-256 {made.sensor_sha256}"
+        note = f"SHA-256 {made.sensor_sha256}" if made.sensor_sha256 else "could not be read"
         rows.append(Row(label="Current sensor", value=made.sensor_name, note=note))
     if made.pack_sha256:
         note = f"SHA-256 {made.pack_sha256}, with its cell file"

@@ -63,3 +63,13 @@ def test_a_pack_far_too_small_is_said_to_be_so() -> None:
     assert found is None
     assert "cannot be flown like this" in why
     assert "flies this for" in why
+
+
+def test_a_flight_that_begins_on_an_empty_pack_is_said_to_do_so() -> None:
+    empty = replace(PACK, capacity_C=2.2 * 3600, initial_soc=0.0)
+    found, why = damage_of(
+        example.recording(), example.segments(), PROFILES, (empty, LOAD), thorough=False
+    )
+    assert found is None
+    assert "the flight begins at 0.0 % of charge" in why
+    assert "lower cut-off" in why

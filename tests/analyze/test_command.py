@@ -3,72 +3,16 @@
 import json
 import os
 import signal
-from contextlib import suppress
-from dataclasses import replace
 from pathlib import Path
 
 import pyarrow.parquet as pq
 import pytest
-from click.testing import CliRunner, Result
 
 import analyze.job
-from analyze.__main__ import main
-from analyze.names import printable
-from analyze.pipeline import Inputs
-from flightlogs.errors import Refusal
+from analyze import session
+from analyze.job import Job
 from reports import result as schema
-from tests.reports import example
-
-ULOG = b"ULog\x01\x12\x35\x01" + bytes(8)
-FILES = {"report.html", "result.json", "segments.csv", "profile_hover.csv", "replay.parquet"}
-PACK = '[pack]\nname = "a"\ncell = "lipo_2200"\nseries = 4\n'
-
-
-@pytest.fixture
-def analysed(monkeypatch: pytest.MonkeyPatch) -> list[str]:
-    """Names of the logs the stand-in was asked for; the file's last bytes say how it goes."""
-    asked: list[str] = []
-
-    def analyse(inputs: Inputs, *, clock: object) -> object:
-        del clock
-        asked.append(inputs.log.name)
-        content = inputs.log.read_bytes()
-        if content.endswith(b"refused"):
-            raise Refusal("no_current", "the current is 0.0 A all along")
-        if content.endswith(b"fault"):
-            raise KeyError("a fault of ours")
-        if content.endswith(b"interrupted"):
-            raise KeyboardInterrupt
-        if b"lost" in content:  # as CasADi loses it
-            with suppress(KeyboardInterrupt):
-                signal.raise_signal(signal.SIGINT)
-        if content.endswith(b"lost, of that"):
-            raise AttributeError("'NoneType' object has no attribute 'full'")
-        report = example.report(name=printable(inputs.log.name))
-        made = replace(report.provenance, sha256=inputs.log_sha256, inputs_sha256=inputs.sha256)
-        return replace(report, provenance=made)
-
-    monkeypatch.setattr(analyze.job, "analyse", analyse)
-    return asked
-
-
-def call(folder: Path, *arguments: str) -> Result:
-    here = Path.cwd()
-    os.chdir(folder)
-    try:
-        return CliRunner().invoke(main, list(arguments))
-    finally:
-        os.chdir(here)
-
-
-def put(folder: Path, name: str, end: bytes = b"") -> None:
-    path = folder / name
-    path.parent.mkdir(parents=True, exist_ok=True)
-    path.write_bytes(ULOG + end)
-
-
-def made(folder: Path) -> set[str]:
-    return {p.name for p in folder.iterdir()}
+from tests.analyze.calls import FILES, PACK, call, made, put
 
 
 @pytest.mark.usefixtures("analysed")
@@ -80,6 +24,36 @@ def test_a_log_gives_its_files_and_exit_code_0(tmp_path) -> None:
     assert made(tmp_path / "analysis" / "flight") == FILES
     assert "analysed  flight.ulg: 0:46 min in flight (hover 16 s" in run.stdout
     assert "1 analysed." in run.stdout
+
+
+@pytest.mark.parametrize("arguments", [[], ["--sensor", "flight.csv"]])
+def test_a_worker_in_another_folder_finds_every_file(tmp_path, monkeypatch, arguments) -> None:
+    jobs: list[Job] = []
+    monkeypatch.setattr(session, "outcomes", lambda all_, **_: iter(jobs.extend(all_) or ()))
+    put(tmp_path, "flight.ulg")
+    (tmp_path / "flight.csv").write_text("time,current\n", encoding="utf-8")
+    call(tmp_path, "flight.ulg", *arguments)
+    (job,) = jobs
+    assert (job.log, job.sensor) == (tmp_path / "flight.ulg", tmp_path / "flight.csv")
+    assert job.folder == tmp_path / "analysis/flight"
+
+
+@pytest.mark.parametrize(("arguments", "code"), [([], 0), (["--sensor", "flight.csv"], 1)])
+def test_an_unreadable_sensor_fails_a_flight_only_if_it_was_asked_for(
+    tmp_path, analysed, monkeypatch, arguments, code
+) -> None:
+    def sha256_of(path: Path) -> str:
+        if path.suffix == ".csv":
+            raise PermissionError(13, "Permission denied")
+        return session.sha256_of(path)
+
+    monkeypatch.setattr(analyze.job, "sha256_of", sha256_of)
+    put(tmp_path, "flight.ulg")
+    (tmp_path / "flight.csv").write_text("time,current\n", encoding="utf-8")
+    run = call(tmp_path, "flight.ulg", *arguments)
+    assert run.exit_code == code
+    assert ("(permission_error)" in run.stderr) == bool(code)
+    assert len(analysed) == 1 - code
 
 
 @pytest.mark.usefixtures("analysed")
@@ -116,71 +90,6 @@ def test_a_folder_gives_an_index_a_table_and_the_failures(tmp_path) -> None:
     assert sorted(table["folder"].to_pylist()) == sorted(folders)
     assert table["hover_s"].to_pylist() == [16.0, 16.0]
     assert "a/report.html" in (tmp_path / "o/index.html").read_text(encoding="utf-8")
-
-
-def test_what_is_up_to_date_is_kept_and_said_to_be(tmp_path, analysed) -> None:
-    put(tmp_path, "flight.ulg")
-    call(tmp_path, "flight.ulg")
-    run = call(tmp_path, "flight.ulg")
-    assert "kept      flight.ulg" in run.stdout
-    assert "0 analysed, 1 up to date and kept" in run.stdout
-    assert len(analysed) == 1
-    call(tmp_path, "flight.ulg", "--force")
-    assert len(analysed) == 2
-
-
-@pytest.mark.usefixtures("analysed")
-def test_kept_flights_are_in_the_fleet_too(tmp_path) -> None:
-    put(tmp_path, "logs/a.ulg")
-    call(tmp_path, "logs", "--out", "o")
-    call(tmp_path, "logs", "--out", "o")
-    assert pq.read_table(tmp_path / "o/fleet.parquet").num_rows == 1
-
-
-@pytest.mark.parametrize("change", ["pack", "battery", "thorough", "sensor", "page", "result"])
-def test_what_was_made_from_other_inputs_is_made_again(tmp_path, analysed, change) -> None:
-    put(tmp_path, "flight.ulg")
-    (tmp_path / "pack.toml").write_text(PACK, encoding="utf-8")
-    call(tmp_path, "flight.ulg")
-    more: list[str] = []
-    if change == "pack":
-        more = ["--pack", "pack.toml"]
-    elif change == "battery":
-        more = ["--battery", "1"]
-    elif change == "thorough":
-        more = ["--thorough"]
-    elif change == "sensor":
-        (tmp_path / "flight.csv").write_text("time,current\n", encoding="utf-8")
-    elif change == "page":
-        (tmp_path / "analysis/flight/report.html").unlink()
-    else:
-        (tmp_path / "analysis/flight/result.json").write_text("{", encoding="utf-8")
-    call(tmp_path, "flight.ulg", *more)
-    assert len(analysed) == 2
-
-
-def test_another_log_of_the_same_name_does_not_overwrite_the_first(tmp_path, analysed) -> None:
-    put(tmp_path, "x/flight.ulg")
-    put(tmp_path, "y/flight.ulg", b"other")
-    call(tmp_path, "x/flight.ulg")
-    call(tmp_path, "y/flight.ulg")
-    before = made(tmp_path / "analysis")
-    assert len(before) == 2
-    call(tmp_path, "y", "x")
-    assert made(tmp_path / "analysis") - before == {
-        "index.html", "fleet.parquet", "failures.json",
-    }  # fmt: skip
-    assert len(analysed) == 2
-
-
-@pytest.mark.usefixtures("analysed")
-def test_a_profile_of_an_earlier_run_does_not_stay(tmp_path) -> None:
-    put(tmp_path, "flight.ulg")
-    call(tmp_path, "flight.ulg")
-    (tmp_path / "analysis/flight/profile_vertical.csv").write_text("old", encoding="utf-8")
-    (tmp_path / "analysis/flight/notes.txt").write_text("the user's", encoding="utf-8")
-    call(tmp_path, "flight.ulg", "--force")
-    assert made(tmp_path / "analysis/flight") == FILES | {"notes.txt"}
 
 
 @pytest.mark.usefixtures("analysed")
@@ -288,6 +197,40 @@ def test_a_log_whose_name_is_no_text_is_analysed(tmp_path) -> None:
     run = call(tmp_path, ".")
     assert run.exit_code == 0, run.output
     assert (tmp_path / "analysis/index.html").is_file()
+
+
+@pytest.mark.usefixtures("analysed")
+def test_a_folder_that_cannot_be_searched_is_a_failure(tmp_path, monkeypatch) -> None:
+    put(tmp_path, "logs/a.ulg")
+    put(tmp_path, "logs/closed/b.ulg")
+
+    def scandir(path: str) -> object:
+        if Path(path).name == "closed":
+            raise PermissionError(13, "Permission denied", path)
+        return scan(path)
+
+    scan = os.scandir
+    monkeypatch.setattr(os, "scandir", scandir)
+    run = call(tmp_path, "logs", "--out", "o")
+    assert run.exit_code == 1
+    assert "failed    logs/closed: Permission denied (unreadable)" in run.stderr
+    assert "1 analysed, 1 failed." in run.stdout
+
+
+@pytest.mark.usefixtures("analysed")
+def test_a_fleet_page_that_cannot_be_written_is_told_and_the_flights_are_summed_up(
+    tmp_path,
+) -> None:
+    put(tmp_path, "logs/a.ulg")
+    (tmp_path / "o/index.html").mkdir(parents=True)
+    run = call(tmp_path, "logs", "--out", "o")
+    assert run.exit_code == 1
+    assert "o: index.html, fleet.parquet and failures.json could not all be" in run.stderr
+    assert "directory" in run.stderr
+    assert run.stderr.count("\n") == 1
+    assert "1 analysed." in run.stdout
+    assert "on one page" not in run.stdout
+    assert not list(tmp_path.rglob("*.part"))
 
 
 @pytest.mark.usefixtures("analysed")

@@ -1,5 +1,6 @@
 """Which files are analysed, and where their results go."""
 
+import os
 from pathlib import Path
 
 import pytest
@@ -72,6 +73,41 @@ def test_a_file_that_cannot_be_read_is_told_and_costs_nothing_else(tmp_path) -> 
     got = find([tmp_path], besides=tmp_path / "out", is_log=broken)
     assert [p.name for p in got.logs] == ["b.ulg"]
     assert got.unreadable == ((tmp_path / "a.ulg", "Permission denied"),)
+
+
+def test_a_folder_that_cannot_be_listed_is_told_and_costs_nothing_else(
+    tmp_path, monkeypatch
+) -> None:
+    touch(tmp_path, "a.ulg", "closed/b.ulg", "open/c.ulg")
+
+    def scandir(path: str) -> object:
+        if Path(path).name == "closed":
+            raise PermissionError(13, "Permission denied", path)
+        return scan(path)
+
+    scan = os.scandir
+    monkeypatch.setattr(os, "scandir", scandir)
+    got = find([tmp_path], besides=tmp_path / "out", is_log=is_log)
+    assert [p.name for p in got.logs] == ["a.ulg", "c.ulg"]
+    assert got.unreadable == ((tmp_path / "closed", "Permission denied"),)
+
+
+def test_a_folder_that_can_only_be_listed_is_told_and_costs_nothing_else(
+    tmp_path, monkeypatch
+) -> None:
+    touch(tmp_path, "a.ulg", "closed/b.ulg", "closed/deep/c.ulg", "open/d.ulg")
+
+    def stat(path: Path, **options: object) -> object:
+        if "closed" in path.parent.parts:
+            raise PermissionError(13, "Permission denied", str(path))
+        return usual(path, **options)
+
+    usual = Path.stat
+    monkeypatch.setattr(Path, "stat", stat)
+    monkeypatch.setattr(os, "access", lambda path, mode: mode != os.X_OK or path.name != "closed")
+    got = find([tmp_path], besides=tmp_path / "out", is_log=is_log)
+    assert [p.name for p in got.logs] == ["a.ulg", "d.ulg"]
+    assert got.unreadable == ((tmp_path / "closed", "Permission denied"),)
 
 
 @pytest.mark.parametrize(

@@ -6,12 +6,19 @@ import subprocess
 import sys
 import time
 from collections.abc import Sequence
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
 
+import analyze.job
+from analyze import fleet
+from analyze.checks import WrongUse
 from analyze.fleet import outcomes
-from analyze.job import Failed, Job, Outcome
+from analyze.job import Failed, Job, Outcome, run
+from analyze.pipeline import Inputs
+from flightlogs.errors import LogDamaged
 
 TEXTS = {"a.txt": "no log", "b.txt": "", "c.txt": "version https://git-lfs"}
 
@@ -90,3 +97,62 @@ def alive(group: int) -> bool:
     except ProcessLookupError:
         return False
     return True
+
+
+def test_threads_of_one_process_do_one_job_after_the_other(tmp_path, monkeypatch) -> None:
+    inside, together = [], []
+
+    def analyse(inputs: Inputs, *, clock: object) -> None:
+        del clock
+        inside.append(inputs.log)
+        together.append(len(inside))
+        time.sleep(0.02)  # long enough for the others to come in
+        inside.pop()
+        raise LogDamaged("a stand-in")
+
+    monkeypatch.setattr(analyze.job, "analyse", analyse)
+    with ThreadPoolExecutor(3) as pool:
+        found = list(pool.map(run, jobs(tmp_path)[:3]))
+    assert told(found)
+    assert together == [1, 1, 1]
+
+
+@pytest.mark.parametrize("address", ["tcp://127.0.0.1:1", "tcp://nowhere", "nonsense"])
+def test_a_scheduler_that_does_not_answer_is_wrong_use(tmp_path, monkeypatch, address) -> None:
+    monkeypatch.setattr(fleet, "CONNECT_S", 0.5)
+    with pytest.raises(WrongUse, match=f"--scheduler {address}: no Dask scheduler answers there"):
+        list(outcomes(jobs(tmp_path), workers=1, scheduler=address))
+
+
+SCHEDULER = """
+import sys
+from distributed import LocalCluster
+
+if __name__ == "__main__":
+    cluster = LocalCluster(n_workers=1, threads_per_worker=1, dashboard_address=None)
+    print(cluster.scheduler_address, flush=True)
+    sys.stdin.read()
+"""
+
+
+def test_what_a_lost_scheduler_leaves_undone_has_failed_and_the_rest_is_kept(
+    tmp_path, monkeypatch
+) -> None:
+    monkeypatch.setattr(fleet, "CONNECT_S", 2.0)  # the library waits so long for it to come back
+    (tmp_path / "scheduler.py").write_text(SCHEDULER, encoding="utf-8")
+    os.mkfifo(tmp_path / "never.ulg")  # a log that is never read to its end
+    todo = jobs(tmp_path)
+    todo[1:1] = [replace(todo[0], log=tmp_path / "never.ulg", shown="never.ulg")]
+    with subprocess.Popen(
+        [sys.executable, str(tmp_path / "scheduler.py")],
+        stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True, process_group=0,
+    ) as other:  # fmt: skip
+        assert other.stdout is not None
+        running = outcomes(todo, workers=1, scheduler=other.stdout.readline().strip())
+        first = next(running)
+        os.killpg(other.pid, signal.SIGKILL)
+        found = [first, *running]
+    assert first.failure.file == "a.txt"
+    assert {o.failure.file for o in found} == {j.shown for j in todo}
+    lost = {o.failure.reason for o in found if o.failure.code == "worker_lost"}
+    assert lost == {"the connection to the scheduler was lost before its worker had an answer"}

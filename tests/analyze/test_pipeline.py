@@ -148,6 +148,19 @@ def test_a_sensor_that_cannot_be_used_leaves_the_autopilots_current_and_says_why
     assert str(error) in render(flight_page(report))
 
 
+def test_a_sensor_that_cannot_be_opened_costs_the_sensor_only(
+    tmp_path: Path, readers: Readers, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def read_sensor(_: object, *, name: str) -> None:
+        raise PermissionError(13, "Permission denied", name)
+
+    monkeypatch.setattr(pipeline, "read_sensor", read_sensor)
+    report = analysed(tmp_path, sensor=True)
+    assert readers.asked["sensor"] is None
+    assert report.alignment_refusal == "flight.csv cannot be read: Permission denied"
+    assert "sensor_not_used" in codes(report)
+
+
 @pytest.mark.usefixtures("readers")
 def test_the_pack_file_is_obeyed_and_its_disagreement_with_the_log_is_told(tmp_path: Path) -> None:
     report = analysed(tmp_path, pack=PACK.replace("4", "5") + "[start]\nsoc = 0.8\n")

@@ -99,6 +99,7 @@ def test_without_current_thrust_serves_and_the_result_says_so() -> None:
     found = align(sensor_of(), without_current(log_of()))
     assert found.fit.method == "thrust"
     assert found.fit.gain is None
+    assert found.battery is None
     assert abs(found.fit.offset_s - FLAWS.offset_s) < 0.15
     assert found.fit.uncertainty_s >= 0.05
     assert "aligned_by_thrust" in {w.code for w in found.warnings}
@@ -118,8 +119,9 @@ def test_the_right_one_of_two_batteries_is_found() -> None:
     two = replace(
         log, batteries=(replace(other, instance=0), replace(log.batteries[0], instance=1))
     )
-    fit = align(sensor_of(), two).fit
-    assert abs(fit.offset_s - FLAWS.offset_s) < 0.01
+    found = align(sensor_of(), two)
+    assert abs(found.fit.offset_s - FLAWS.offset_s) < 0.01
+    assert found.battery == 1
     with pytest.raises(AlignmentRefused):
         align(sensor_of(), two, battery=0)
 

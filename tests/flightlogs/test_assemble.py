@@ -87,6 +87,19 @@ def test_a_sensor_replaces_a_current_the_autopilot_lacks() -> None:
     assert got.current_source == "sensor"
 
 
+def test_the_battery_that_the_sensor_follows_is_taken_unless_another_is_asked_for() -> None:
+    whole = log(px4.ulog(more=[px4.other_pack(2.0, 49.6)]))
+    t = px4.times(10.0)
+    sensor = AlignedSensor(time_s=t, current_A=px4.current(t), fit=FIT, battery=1)
+    got = assemble(whole, sensor=sensor)
+    assert (got.battery, got.series) == ("battery_status[1], id 2", 12)
+    said = next(w.message for w in got.warnings if w.code == "several_batteries")
+    assert "the sensor follows" in said
+    assert assemble(whole, battery=0, sensor=sensor).battery == "battery_status[0], id 1"
+    by_thrust = replace(sensor, battery=None)
+    assert assemble(whole, sensor=by_thrust).battery == "battery_status[0], id 1"
+
+
 def test_a_sensor_that_missed_the_flight_is_refused() -> None:
     t = px4.times(10.0, 46.0, 49.0)
     sensor = AlignedSensor(time_s=t, current_A=px4.current(t), fit=FIT)
@@ -150,6 +163,16 @@ def test_a_counter_that_disagrees_is_said_and_a_reset_of_it_is_not_counted() -> 
     reset = np.where(px4.times(5.0) > 30, charge - 1300, charge)
     right = assemble(log(px4.ulog({"battery": px4.pack(charge_C=reset)})))
     assert right.coulomb_check == pytest.approx(1.0, abs=5e-3)
+
+
+def test_a_reversed_current_is_used_as_it_is_and_said() -> None:
+    written = px4.trace(px4.times(5.0))
+    reversed_A = -np.asarray(written.current_A)
+    reversed_A[0] = 0.3  # noise of the sensor on the ground
+    got = assemble(log(px4.ulog({"battery": px4.pack(current_A=reversed_A)})))
+    np.testing.assert_allclose(got.current_A, reversed_A, rtol=1e-6)
+    said = next(w.message for w in got.warnings if w.code == "current_sign_doubtful")
+    assert "gave -0.16" in said  # 15 A for 40 s, and the manoeuvres
 
 
 def test_gaps_in_the_current_stay_gaps_and_are_said() -> None:

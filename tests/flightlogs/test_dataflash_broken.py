@@ -41,6 +41,34 @@ def test_parameters_dumped_long_before_the_data_are_no_part_of_its_time() -> Non
     assert (log.duration_s, log.warnings) == (pytest.approx(T[-1]), ())
 
 
+@pytest.mark.parametrize(
+    "lines",
+    [
+        b"FMT, 212, 15, PM, QI, TimeUS,LogDrop\nPM, 21000000, 3\nPM, 22000000, 3#7\n"
+        b"PM, 23000000, inf\nPM, 24000000, 4\n",
+        b"FMT, 213, 15, DSF, QI, TimeUS,Dp\nDSF, 21000000, 7\nDSF, 22000000, 3#7\n",
+    ],
+    ids=["PM", "DSF"],
+)
+def test_a_damaged_row_of_the_loggers_own_counts_as_nothing(lines: bytes) -> None:
+    (said,) = [w for w in read(text(flight()) + lines).warnings if w.code == "logger_dropped"]
+    assert said.message == "the logger says it could not write 7 messages"
+
+
+def test_a_damaged_first_fix_leaves_the_next_to_tell_the_date() -> None:
+    content = text(flight())
+    first = next(line for line in content.splitlines() if line.startswith(b"GPS,"))
+    fields = first.split(b",")
+    labels = next(line for line in content.splitlines() if b", GPS," in line).split(b",")[5:]
+    fields[1 + [label.strip() for label in labels].index(b"GMS")] = b" 12#4"
+    spoilt = content.replace(first, b",".join(fields), 1)
+    assert spoilt != content
+    whole_utc, spoilt_utc = read(content).start_utc, read(spoilt).start_utc
+    assert whole_utc is not None
+    assert spoilt_utc is not None
+    assert abs((spoilt_utc - whole_utc).total_seconds()) < 0.01
+
+
 @settings(max_examples=60, deadline=None)
 @given(st.integers(0, len(whole())))
 def test_a_log_cut_anywhere_gives_its_beginning_or_says_why_not(size: int) -> None:

@@ -3,9 +3,11 @@
 import gzip
 import io
 import random
+import re
 
 import numpy as np
 import pytest
+from pymavlink.dialects.v20 import ardupilotmega as mavlink
 
 from flightlogs.detect import HEAD_BYTES, Format, detect
 from flightlogs.errors import NotALog
@@ -19,6 +21,15 @@ def tlog() -> bytes:
     out = io.BytesIO()
     write_tlog.write_tlog(out, [write_tlog.heartbeat(t, t > 2, 0)], start_unix_s=1.6e9)
     return out.getvalue()
+
+
+def bare(version: int) -> bytes:
+    """Telemetry of ten seconds without the ground station's time stamps."""
+    link = mavlink.MAVLink(None, srcSystem=1, srcComponent=1)
+    beat = mavlink.MAVLink_heartbeat_message(2, 12, 128, 0, 4, 3)
+    power = mavlink.MAVLink_sys_status_message(0, 0, 0, 0, 16_000, 1_000, 90, 0, 0, 0, 0, 0, 0)
+    mavlink1 = version == 1
+    return b"".join(bytes(m.pack(link, force_mavlink1=mavlink1)) for m in (beat, power) * 10)
 
 
 def dataflash(*, text: bool) -> bytes:
@@ -87,6 +98,22 @@ def test_noise_is_never_taken_for_telemetry() -> None:
     for _ in range(20):
         with pytest.raises(NotALog):
             detect(rng.randbytes(HEAD_BYTES), name="x")
+
+
+@pytest.mark.parametrize("version", [1, 2])
+@pytest.mark.parametrize("lost", [b"", b"\x17\x99\x00" * 7])
+def test_telemetry_without_stamps_is_telemetry(version: int, lost: bytes) -> None:
+    assert detect(lost + bare(version), name="x") is Format.TLOG
+
+
+@pytest.mark.parametrize("version", [1, 2])
+def test_telemetry_without_stamps_counts_by_its_checksums(version: int) -> None:
+    whole = bare(version)
+    spoilt = bytearray(whole)
+    for at in (m.start() for m in re.finditer(b"\xfe|\xfd", whole)):
+        spoilt[at + 8] ^= 1  # in the payload of MAVLink 1, in the number of MAVLink 2
+    with pytest.raises(NotALog):
+        detect(bytes(spoilt), name="x")
 
 
 def test_the_stream_is_read_from_its_beginning() -> None:

@@ -124,6 +124,30 @@ def test_the_battery_of_the_motors_is_taken_in_any_order() -> None:
         assert "electronics" in warnings[0].message
 
 
+@pytest.mark.parametrize("place", [0, 1])
+def test_of_batteries_without_a_current_one_with_a_voltage_is_taken(place: int) -> None:
+    whole = log()
+    dead = battery(whole, label="dead", current_A=None, voltage_V=None)
+    packs = [dead, dead]
+    packs[place] = battery(whole, label="alive", current_A=None)
+    several = log(batteries=tuple(replace(b, instance=i) for i, b in enumerate(packs)))
+    got, _ = choose_battery(several, choose_flight(several), None, current_elsewhere=True)
+    assert got.label == "alive"
+
+
+def test_a_reversed_current_is_better_than_none() -> None:
+    whole = log()
+    amps = whole.batteries[0].current_A
+    assert amps is not None
+    packs = (
+        battery(whole, label="silent", current_A=None),
+        battery(whole, label="reversed", current_A=-amps, instance=1),
+    )
+    several = log(batteries=packs)
+    got, _ = choose_battery(several, choose_flight(several), None, current_elsewhere=False)
+    assert got.label == "reversed"
+
+
 def test_the_battery_asked_for_is_taken_or_refused() -> None:
     whole = log()
     second = battery(whole, instance=1, label="second", current_A=None)
@@ -167,6 +191,32 @@ def test_a_log_without_batteries_is_refused() -> None:
     with pytest.raises(Refusal, match="no battery channel") as caught:
         choose_battery(log(batteries=()), choose_flight(log()), None, current_elsewhere=True)
     assert caught.value.code == "no_battery"
+
+
+@pytest.mark.parametrize(
+    ("top_V", "counts"),
+    [
+        (17.4, "5 cells in series taken from the voltage (17.40 V at most, 3.48 a cell; the log "
+         "does not say). A pack that was not full has more, and 4 full LiHV cells (4.35 V each) "
+         "look the same: state series in pack.toml"),
+        (26.1, "6 full LiHV cells (4.35 V each)"),
+    ],
+)  # fmt: skip
+def test_a_voltage_that_full_lihv_cells_have_too_names_both_counts(
+    top_V: float, counts: str
+) -> None:
+    whole = log()
+    pack = battery(whole, series=None, voltage_V=np.full(whole.batteries[0].time_s.size, top_V))
+    (warning,) = choose_series(pack, "test").warnings
+    assert counts in warning.message
+
+
+@pytest.mark.parametrize("top_V", [4.2, 12.6, 16.8, 25.2, 50.4])
+def test_a_voltage_that_only_one_count_has_names_no_other(top_V: float) -> None:
+    whole = log()
+    pack = battery(whole, series=None, voltage_V=np.full(whole.batteries[0].time_s.size, top_V))
+    (warning,) = choose_series(pack, "test").warnings
+    assert "LiHV" not in warning.message
 
 
 @pytest.mark.parametrize("cells", [1, 2, 3, 4, 6, 8, 12, 14])

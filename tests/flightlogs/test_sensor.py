@@ -241,3 +241,18 @@ def test_a_file_cut_anywhere_gives_a_beginning_or_a_reason(length) -> None:
     except LogError:
         return
     assert log.current_A == pytest.approx(CURRENT_A[: len(log.current_A)])
+
+
+@pytest.mark.parametrize("rows", [3, 20_000])
+def test_a_quote_that_is_never_closed_is_refused_with_its_line(rows) -> None:
+    t = 0.1 * np.arange(40_000)
+    lines = table(t=t, i=15 + np.sin(t)).splitlines()
+    lines[rows] = '"' + lines[rows]
+    text = "# from the module\n\n" + "\n".join(lines) + "\n"
+    with pytest.raises(NotALog, match=rf"x\.csv: line {rows + 3}: no table: field larger than"):
+        read(text)
+
+
+def test_a_line_too_long_for_a_table_is_refused_with_its_number() -> None:
+    with pytest.raises(NotALog, match=r"x\.csv: line 2: "):
+        read("time_s,current_A\n0.0," + "1" * 200_000 + "\n0.1,1.0\n0.2,1.0\n")

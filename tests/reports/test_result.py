@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from pydantic import ValidationError
 
-from reports.flight import Fitting
+from reports.flight import Fitting, NoMismatch
 from reports.result import Result, schema_text
 from reports.results import result_of
 from tests.reports import example
@@ -109,6 +109,19 @@ def test_the_mismatch_is_that_of_the_finding_and_null_where_there_is_none() -> N
     assert {"verdict", "effects", "location", "rmse_mv", "candidates", "advice"} <= set(part)
     endless = replace(finding(), errors=replace(finding().errors, after=float("nan")))
     assert result_of(example.report(mismatch=endless)).mismatch.rmse_mv.after is None
+
+
+def test_what_could_not_be_judged_has_its_reason_among_the_warnings() -> None:
+    unjudged = example.report(
+        no_damage="No motion lasted long enough.", mismatch=NoMismatch("Too little to judge.")
+    )
+    result = result_of(unjudged)
+    assert (result.assessment, result.mismatch) == (None, None)
+    said = {w.code: w.message for w in result.quality.warnings}
+    assert said["no_damage"] == "No motion lasted long enough."
+    assert said["no_mismatch"] == "Too little to judge."
+    judged = {w.code for w in result_of(REPORTS["mismatch"]).quality.warnings}
+    assert not judged & {"no_damage", "no_mismatch"}
 
 
 def test_a_number_that_is_none_never_reaches_the_file() -> None:

@@ -186,6 +186,9 @@ def _too_little(flown: Flown) -> str:
             f"{time_s.size} samples of the voltage over {length_s:.0f} s in the air; at least "
             f"{LEAST_SAMPLES} over {LEAST_S:.0f} s tell a fall by charge from one by load"
         )
+    median_A = min(flown.median_A, flown.averaged(FINE).median_A)
+    if median_A <= 0:
+        return f"in the air the median of the current is {median_A:.1f} A, and a fit needs a load"
     return ""
 
 

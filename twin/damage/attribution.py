@@ -14,7 +14,7 @@ import numpy as np
 import numpy.typing as npt
 
 from twin.damage.cost import Cost, cost_of, drawn, total
-from twin.damage.cycles import MORE_THAN_ALL
+from twin.damage.cycles import MORE_THAN_ALL, CannotCycle
 from twin.damage.error import UNKNOWN_ERROR, Error
 from twin.damage.loss import Ledger
 from twin.damage.measures import MEASURES
@@ -121,6 +121,9 @@ def attribute(
         spans: of it.
         formed: a state of the pack, charged, whose first films are grown.
         waveforms: name -> motion, to be flown from full for comparison.
+
+    Raises:
+        CannotCycle: the pack cannot be brought to the charge that the flight begins with.
     """
     ledger = Ledger(pack)
     state = started(pack, formed, load.ambient_K)
@@ -143,13 +146,22 @@ def attribute(
 
 
 def started(pack: Pack, formed: FloatArray, ambient_K: float) -> FloatArray:
-    """`formed`, discharged at 1C to the charge the pack starts with, rested, at its temperature."""
+    """`formed`, discharged at 1C to the charge the pack starts with, rested, at its temperature.
+
+    Raises:
+        CannotCycle: the cut-off comes before that charge.
+    """
     whole_A = pack.rated_C / 3600
     settings = Settings(ambient_K=ambient_K)
 
     def discharged(seconds: float) -> tuple[FloatArray, FloatArray]:
         steps = ConstantCurrent(current_A=whole_A, duration_s=seconds), Rest(duration_s=LEVEL_S)
-        result = run(pack, steps, settings=settings, state=formed).require()
+        result = run(pack, steps, settings=settings, state=formed)
+        if result.status is not Status.DONE:
+            raise CannotCycle(
+                f"the flight begins at {100 * pack.initial_soc:.1f} % of charge, and a discharge "
+                f"at 1C ends before that: {result.status.value}"
+            )
         return result.end_state, result.steps[0].soc
 
     probed = discharged(PROBE_S)[1]

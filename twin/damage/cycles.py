@@ -89,7 +89,10 @@ class Cycled:
 
 
 class CannotCycle(RuntimeError):
-    """The pack cannot fly the waveform, or cannot be charged after it; the text says why."""
+    """The pack cannot fly the waveform, be charged after it, or be brought to where it begins.
+
+    The text says why.
+    """
 
 
 def cycle(

@@ -81,7 +81,8 @@ def study(  # noqa: PLR0913
         others: packs that may be `pack` as well; only if thorough.
 
     Raises:
-        CannotCycle: the pack cannot be cycled with constant currents like these.
+        CannotCycle: the pack cannot be cycled with constant currents like these, or be brought to
+            the charge that the flight begins with.
     """
     protocol = Protocol(ambient_K=load.ambient_K, cycles=CYCLES)
     found = assess(pack, manoeuvres, protocol, counterfactuals=thorough)

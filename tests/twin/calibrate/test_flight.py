@@ -186,6 +186,19 @@ def test_a_hop_and_a_log_without_voltage_are_refused_with_the_reason() -> None:
     assert fit_flight(GUESS, blind, KNOWN) == NotFitted("the voltage was not measured")
 
 
+@pytest.mark.parametrize("factor", [0.0, -1.0])
+@pytest.mark.parametrize("labelled", [True, False])
+def test_a_current_that_draws_nothing_is_refused_with_the_reason(
+    factor: float,
+    labelled: bool,  # noqa: FBT001
+) -> None:
+    flight = flown(GUESS, length_s=60.0, seed=0)
+    turned = replace(flight.load, current_A=factor * flight.load.current_A)
+    outcome = fit_flight(GUESS, replace(flight, load=turned), replace(KNOWN, capacity=labelled))
+    assert isinstance(outcome, NotFitted)
+    assert "the median of the current is" in outcome.reason
+
+
 def test_samples_without_voltage_and_a_gap_do_no_harm() -> None:
     whole = flown(hidden(1), length_s=200.0, seed=1)
     kept = np.ones(whole.voltage_V.size, dtype=bool)

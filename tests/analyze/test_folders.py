@@ -1,0 +1,107 @@
+"""Folders of results: kept while they are up to date, made again else, the user's left alone."""
+
+import pyarrow.parquet as pq
+import pytest
+
+import analyze.job
+from tests.analyze.calls import FILES, PACK, call, made, put
+
+
+def test_what_is_up_to_date_is_kept_and_said_to_be(tmp_path, analysed) -> None:
+    put(tmp_path, "flight.ulg")
+    call(tmp_path, "flight.ulg")
+    run = call(tmp_path, "flight.ulg")
+    assert "kept      flight.ulg" in run.stdout
+    assert "0 analysed, 1 up to date and kept" in run.stdout
+    assert len(analysed) == 1
+    call(tmp_path, "flight.ulg", "--force")
+    assert len(analysed) == 2
+
+
+@pytest.mark.usefixtures("analysed")
+def test_kept_flights_are_in_the_fleet_too(tmp_path) -> None:
+    put(tmp_path, "logs/a.ulg")
+    call(tmp_path, "logs", "--out", "o")
+    call(tmp_path, "logs", "--out", "o")
+    assert pq.read_table(tmp_path / "o/fleet.parquet").num_rows == 1
+
+
+@pytest.mark.parametrize(
+    "change", ["pack", "battery", "thorough", "sensor", "result", *sorted(FILES - {"result.json"})]
+)
+def test_what_was_made_from_other_inputs_is_made_again(tmp_path, analysed, change) -> None:
+    put(tmp_path, "flight.ulg")
+    (tmp_path / "pack.toml").write_text(PACK, encoding="utf-8")
+    call(tmp_path, "flight.ulg")
+    more: list[str] = []
+    if change == "pack":
+        more = ["--pack", "pack.toml"]
+    elif change == "battery":
+        more = ["--battery", "1"]
+    elif change == "thorough":
+        more = ["--thorough"]
+    elif change == "sensor":
+        (tmp_path / "flight.csv").write_text("time,current\n", encoding="utf-8")
+    elif change in FILES:
+        (tmp_path / "analysis/flight" / change).unlink()
+    else:
+        (tmp_path / "analysis/flight/result.json").write_text("{", encoding="utf-8")
+    call(tmp_path, "flight.ulg", *more)
+    assert len(analysed) == 2
+
+
+def test_another_log_of_the_same_name_does_not_overwrite_the_first(tmp_path, analysed) -> None:
+    put(tmp_path, "x/flight.ulg")
+    put(tmp_path, "y/flight.ulg", b"other")
+    call(tmp_path, "x/flight.ulg")
+    call(tmp_path, "y/flight.ulg")
+    before = made(tmp_path / "analysis")
+    assert len(before) == 2
+    call(tmp_path, "y", "x")
+    assert made(tmp_path / "analysis") - before == {
+        "index.html", "fleet.parquet", "failures.json",
+    }  # fmt: skip
+    assert len(analysed) == 2
+
+
+def test_a_folder_of_the_users_with_the_name_of_a_log_is_left_alone(tmp_path, analysed) -> None:
+    put(tmp_path, "flight.ulg")
+    (tmp_path / "flight").mkdir()
+    (tmp_path / "flight/photo.jpg").write_bytes(b"a photo")
+    call(tmp_path, "flight.ulg", "--out", ".")
+    run = call(tmp_path, "flight.ulg", "--out", ".")
+    digest = analyze.job.sha256_of(tmp_path / "flight.ulg")
+    assert made(tmp_path / "flight") == {"photo.jpg"}
+    assert made(tmp_path / f"flight-{digest[:8]}") == FILES
+    assert "kept      flight.ulg" in run.stdout
+    assert len(analysed) == 1
+
+
+@pytest.mark.usefixtures("analysed")
+def test_a_file_with_the_name_of_a_folder_is_left_alone(tmp_path) -> None:
+    put(tmp_path, "flight")
+    run = call(tmp_path, "flight", "--out", ".")
+    assert run.exit_code == 0, run.output
+    assert (tmp_path / "flight").is_file()
+
+
+@pytest.mark.parametrize("left", [[], ["report.html"], [".report.html.7.part"], ["result.json"]])
+@pytest.mark.usefixtures("analysed")
+def test_what_an_interrupted_run_left_is_replaced(tmp_path, left) -> None:
+    put(tmp_path, "flight.ulg")
+    (tmp_path / "analysis/flight").mkdir(parents=True)
+    for name in left:
+        (tmp_path / "analysis/flight" / name).write_text("half of i", encoding="utf-8")
+    call(tmp_path, "flight.ulg")
+    assert made(tmp_path / "analysis") == {"flight"}
+    assert made(tmp_path / "analysis/flight") >= FILES
+
+
+@pytest.mark.usefixtures("analysed")
+def test_a_profile_of_an_earlier_run_does_not_stay(tmp_path) -> None:
+    put(tmp_path, "flight.ulg")
+    call(tmp_path, "flight.ulg")
+    (tmp_path / "analysis/flight/profile_vertical.csv").write_text("old", encoding="utf-8")
+    (tmp_path / "analysis/flight/notes.txt").write_text("the user's", encoding="utf-8")
+    call(tmp_path, "flight.ulg", "--force")
+    assert made(tmp_path / "analysis/flight") == FILES | {"notes.txt"}
