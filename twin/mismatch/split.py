@@ -34,7 +34,7 @@ as a weak cell does, is in the last block alone, and no fit knows of it where th
 GAP_S = 5.0  # between blocks, longer than what is remembered in the fast part of a residual
 SHARPER = 0.9  # of the noise that was thought
 LEAST_SAMPLES = 50
-LEAST_OF_A_PART = 10  # of a single recording: what is fitted of it, and what is held out
+LEAST_OF_A_PART = 5  # of a single recording: what is fitted of it, and what is held out
 LEAST_S = 15.0
 
 
