@@ -27,7 +27,7 @@ def broken(out: Path) -> tuple[int, list[str]]:
     for entry in opened:
         found += _of_key(out / TRIALS / entry.trial, sealed[entry.trial], entry)
     end = entries[-1].hash if entries else FIRST
-    if (page := out / FILE).exists() and json.loads(page.read_bytes())["ledger_head"] != end:
+    if (proof := out / FILE).exists() and json.loads(proof.read_bytes())["ledger_head"] != end:
         found.append(f"{LEDGER}: it ends elsewhere than {FILE} says: entries are missing, or more")
     return len(opened), found
 

@@ -1,8 +1,10 @@
-"""A stand-in for the analysis, where only the command around it is tested."""
+"""Stand-ins: for the analysis where only the command around it is tested, for a closed folder."""
 
+import os
 import signal
 from contextlib import suppress
 from dataclasses import replace
+from pathlib import Path
 
 import pytest
 
@@ -39,3 +41,16 @@ def analysed(monkeypatch: pytest.MonkeyPatch) -> list[str]:
 
     monkeypatch.setattr(analyze.job, "analyse", analyse)
     return asked
+
+
+@pytest.fixture
+def closed(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Folders named "closed" cannot be listed."""
+    scan = os.scandir
+
+    def scandir(path: str) -> object:
+        if Path(path).name == "closed":
+            raise PermissionError(13, "Permission denied", path)
+        return scan(path)
+
+    monkeypatch.setattr(os, "scandir", scandir)

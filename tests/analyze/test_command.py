@@ -199,18 +199,10 @@ def test_a_log_whose_name_is_no_text_is_analysed(tmp_path) -> None:
     assert (tmp_path / "analysis/index.html").is_file()
 
 
-@pytest.mark.usefixtures("analysed")
-def test_a_folder_that_cannot_be_searched_is_a_failure(tmp_path, monkeypatch) -> None:
+@pytest.mark.usefixtures("analysed", "closed")
+def test_a_folder_that_cannot_be_searched_is_a_failure(tmp_path) -> None:
     put(tmp_path, "logs/a.ulg")
     put(tmp_path, "logs/closed/b.ulg")
-
-    def scandir(path: str) -> object:
-        if Path(path).name == "closed":
-            raise PermissionError(13, "Permission denied", path)
-        return scan(path)
-
-    scan = os.scandir
-    monkeypatch.setattr(os, "scandir", scandir)
     run = call(tmp_path, "logs", "--out", "o")
     assert run.exit_code == 1
     assert "failed    logs/closed: Permission denied (unreadable)" in run.stderr

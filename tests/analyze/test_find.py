@@ -75,18 +75,9 @@ def test_a_file_that_cannot_be_read_is_told_and_costs_nothing_else(tmp_path) -> 
     assert got.unreadable == ((tmp_path / "a.ulg", "Permission denied"),)
 
 
-def test_a_folder_that_cannot_be_listed_is_told_and_costs_nothing_else(
-    tmp_path, monkeypatch
-) -> None:
+@pytest.mark.usefixtures("closed")
+def test_a_folder_that_cannot_be_listed_is_told_and_costs_nothing_else(tmp_path) -> None:
     touch(tmp_path, "a.ulg", "closed/b.ulg", "open/c.ulg")
-
-    def scandir(path: str) -> object:
-        if Path(path).name == "closed":
-            raise PermissionError(13, "Permission denied", path)
-        return scan(path)
-
-    scan = os.scandir
-    monkeypatch.setattr(os, "scandir", scandir)
     got = find([tmp_path], besides=tmp_path / "out", is_log=is_log)
     assert [p.name for p in got.logs] == ["a.ulg", "c.ulg"]
     assert got.unreadable == ((tmp_path / "closed", "Permission denied"),)

@@ -62,9 +62,7 @@ class Flight:
     @property
     def recorded_load(self) -> Load:
         """Without what was added between its samples."""
-        at, load = self.recorded, self.load
-        return (
-            load
-            if at is None
-            else replace(load, time_s=load.time_s[at], current_A=load.current_A[at])
-        )
+        if self.recorded is None:
+            return self.load
+        time_s, current_A = (v[self.recorded] for v in (self.load.time_s, self.load.current_A))
+        return replace(self.load, time_s=time_s, current_A=current_A)

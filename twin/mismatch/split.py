@@ -88,7 +88,7 @@ def noise_of(flight: Flight, slow_V: float | None) -> Noise:
     residual_V = np.append(flight.voltage_V[:n] - simulated_V, flight.voltage_V[n:])
     before = np.arange(residual_V.size) < n
     half = np.count_nonzero(flight.judged) / 2
-    longer = before if np.count_nonzero(flight.judged & before) >= half else ~before
+    longer = before if np.count_nonzero(flight.judged[:n]) >= half else ~before
     told = replace(flight, judged=flight.judged & longer)
     return Noise(
         white_V=_white_V(told, residual_V) or LEAST_V,
@@ -157,11 +157,11 @@ def _blocks(flight: Flight) -> tuple[Flight, Flight]:
     start_s, length_s = judged_s[0], (judged_s[-1] - judged_s[0]) / BLOCKS
     number = np.clip((t - start_s) // length_s, 0, BLOCKS - 1)
     inside = (t - start_s) - number * length_s >= min(GAP_S, length_s / 3) * (number > 0)
-    whole = [flight.judged & inside & (number % 2 == place) for place in range(2)]
-    if (least := min(map(np.count_nonzero, whole))) < LEAST_OF_A_PART:
+    fitted, held_out = (flight.judged & inside & (number % 2 == place) for place in range(2))
+    if (least := min(map(np.count_nonzero, (fitted, held_out)))) < LEAST_OF_A_PART:
         raise MismatchError(
             f"{flight.name}: of every second of its {BLOCKS} parts {least} samples are left, "
             f"expected {LEAST_OF_A_PART} or more: give a recording without such gaps, or a second "
             "one to hold out"
         )
-    return replace(flight, judged=whole[0]), replace(flight, judged=whole[1])
+    return replace(flight, judged=fitted), replace(flight, judged=held_out)

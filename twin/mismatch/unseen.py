@@ -73,12 +73,12 @@ def walk_C(load: Load) -> float:
     """
     if load.between is Between.HOLD:
         return 0.0
-    dt = _fours(np.diff(load.time_s))
+    dt = _in_turn(np.diff(load.time_s), 4)
     even = dt.max(axis=1) <= UNEVEN * dt.min(axis=1)
     if not even.any():
         return 0.0
     whole, half, fourth = (_thinned(load, every) for every in (1, 2, 4))
-    nearer_C2 = np.sum(_fours(_changed_C(whole, half) ** 2, 2)[: even.size][even])
+    nearer_C2 = np.sum(_in_turn(_changed_C(whole, half) ** 2, 2)[: even.size][even])
     further_C2 = np.sum(_changed_C(half, fourth)[: even.size][even] ** 2)
     variance_C2 = nearer_C2 * min(1.0, nearer_C2 / further_C2) if further_C2 > 0 else nearer_C2
     return sqrt(variance_C2 / float(np.sum(dt[even])))
@@ -111,6 +111,6 @@ def _changed_C(load: Load, thinner: Load) -> FloatArray:
     return np.diff(load.drawn_C()[::2] - thinner.drawn_C())
 
 
-def _fours(values: FloatArray, size: int = 4) -> FloatArray:
-    """(n // size, size) of them in turn."""
+def _in_turn(values: FloatArray, size: int) -> FloatArray:
+    """(n // size, size) of (n,), so many in each row."""
     return values[: values.size // size * size].reshape(-1, size)
