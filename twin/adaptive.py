@@ -134,7 +134,7 @@ class Stepper:
         self.steps += 1
         drive = np.array([[step_s, current_A, *self._tail]])
         following, out = self.model.steps(state, drive, self._p)
-        return Point(following[0], out[0], current_A)
+        return Point(following[0].flatten(), out[0], current_A)
 
     def jump(self, state: FloatArray, from_A: float, to_A: float) -> Point:
         """The current changes at once; in smaller jumps where the whole one cannot be solved."""

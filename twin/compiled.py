@@ -19,8 +19,8 @@ from typing import NamedTuple
 
 NATIVE = "-march=native"
 FLAGS = (
-    NATIVE, "-fno-math-errno", "-fno-trapping-math", "-fno-signed-zeros",
-    "-freciprocal-math", "-fassociative-math", "-fPIC", "-shared",
+    NATIVE, "-fno-math-errno", "-fno-trapping-math", "-fno-signed-zeros", "-freciprocal-math",
+    "-fassociative-math", "-fno-semantic-interposition", "-fPIC", "-shared",
 )  # fmt: skip
 """Sums may be reordered, but a NaN stays a NaN (no -ffast-math): a step that fails must say so."""
 LARGE = 500_000

@@ -69,14 +69,17 @@ def kernel(
 
 
 def begun(
-    function: ca.Function, backend: Backend = Backend.AUTO, code: Code | None = None
-) -> Callable[[], Kernel]:
+    function: ca.Function, backend: Backend = Backend.AUTO, code: Code | None = None, *,
+    virtual: ca.Function | None = None,
+) -> Callable[[], Kernel]:  # fmt: skip
     """`kernel`, compiled while the caller does something else; calling it waits for the loop.
 
-    Only the compiler runs beside the caller: CasADi's symbols belong to one thread.
+    Only the compiler runs beside the caller: CasADi's symbols belong to one thread. `virtual` is
+    what goes through the virtual machine, if that is another function.
     """
+    virtual = virtual or function
     if backend is not Backend.AUTO or not (found := compiled.compiler()):
-        return lambda: VirtualLoop(function)
+        return lambda: VirtualLoop(virtual)
     pool = ThreadPoolExecutor(1)
     library = pool.submit(compiled.library, _source(function, code), found)
     pool.shutdown(wait=False)
@@ -85,7 +88,7 @@ def begun(
         try:
             return CompiledLoop(library.result(), function)
         except (OSError, subprocess.SubprocessError):
-            return VirtualLoop(function)  # read-only home, full disk: the same numbers, slower
+            return VirtualLoop(virtual)  # read-only home, full disk: the same numbers, slower
 
     return made
 

@@ -14,6 +14,8 @@ CONVERGED_V = 3e-4
 """Newton stops when a correction moves no potential by more: being quadratic, what is left after it
 was measured to be below 1e-6 V."""
 MAX_ITERATIONS = 8
+CORRECTION = 3
+"""Where the last correction is in what a step puts out."""
 
 
 def corrected(model: "StepModel", z: Unknown, ready: Ready) -> tuple[ca.SX, ca.SX, ca.SX]:
@@ -87,5 +89,5 @@ def joined(prepare: ca.Function, correct: ca.Function, finish: ca.Function) -> c
             correction > CONVERGED_V, correction, answers, z, *ready, *given
         )
     following, out = finish(z, answers, *ready, *given)
-    out = ca.vertcat(out[:3], correction, out[3:])
+    out = ca.vertcat(out[:CORRECTION], correction, out[CORRECTION:])
     return ca.Function("step", given, [following, out], ["state", "drive", "p"], ["next", "out"])

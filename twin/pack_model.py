@@ -1,8 +1,8 @@
-"""The kernel of a pack: that of its cell, once for each kind of cell in the series.
+"""The kernel of a pack: that of its cell, for each kind of cell in the series.
 
-One current runs through all cells, so the steps of a pack are those of each kind by itself. State
-and parameters are those of the kinds, one after the other. No kind is compiled anew, and a pack of
-equal cells runs the very kernel of the cell.
+One current runs through all cells, so the steps of a pack are those of each kind, side by side.
+State and parameters are those of the kinds, one after the other. No kind is compiled anew, and a
+pack of equal cells runs the very kernel of the cell.
 """
 
 from collections.abc import Callable, Sequence
@@ -13,9 +13,10 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
+from twin.abreast import Abreast, begun_abreast
 from twin.audit import audit, mean_audit
 from twin.cell import Cell
-from twin.kernel import Backend, Kernel, begun
+from twin.kernel import Backend
 from twin.limits import COLUMN
 from twin.mesh import Mesh
 from twin.one_thread import SYMBOLS
@@ -27,16 +28,13 @@ from twin.step import OUTPUTS, StepModel
 FloatArray = npt.NDArray[np.float64]
 
 OfSteps = tuple[FloatArray, FloatArray]
-WORST: dict[str, Callable[..., FloatArray]] = {
-    "correction_V": np.max,
-    "salt_min_mol_m3": np.min,
-    "surface_margin": np.min,
-    "anode_V": np.min,
-    "negative_under_least": np.min,
-    "negative_under_most": np.max,
-    "positive_under_least": np.min,
-    "positive_under_most": np.max,
-}
+LARGEST = [COLUMN[n] for n in (
+    "correction_V", "negative_under_most", "positive_under_most",
+)]  # fmt: skip
+LEAST = [COLUMN[n] for n in (
+    "salt_min_mol_m3", "surface_margin", "anode_V", "negative_under_least", "positive_under_least",
+)]  # fmt: skip
+"""Of a pack that of its worst cell."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -51,25 +49,25 @@ class PackModel:
 
     cell: StepModel
     counts: tuple[int, ...]
-    kernel: Kernel
+    kernel: Abreast
 
     def steps(self, state: FloatArray, drive: FloatArray, p: FloatArray) -> OfSteps:
-        """States (m, states) and outputs (m, outputs) after each step, drive (m, DRIVE).
+        """States (m, kinds, of one cell) and outputs (m, outputs) after each step.
 
         The outputs are OUTPUTS of the pack, then, if there are several kinds, OUTPUTS of each. Of
         the pack are the means over its cells, but for the largest correction, the least salt
-        and margin, and the extremes of anode and surfaces in any of them.
+        and margin, and the extremes of anode and surfaces in any of them. Drive is (m, DRIVE).
         """
+        return steps_of([Asked(self, state, drive, p)])[0]
+
+    def put_out(self, outs: FloatArray) -> FloatArray:
+        """(m, outputs) from OUTPUTS (m, kinds, OUTPUTS) of each kind."""
         if len(self.counts) == 1:
-            return self.kernel(state, [drive], [p])
-        inputs = zip(self.states(state), self.states(p), strict=True)
-        kinds = [self.kernel(own, [drive], [own_p]) for own, own_p in inputs]
-        states, outs = (np.stack(parts, axis=1) for parts in zip(*kinds, strict=True))
+            return outs[:, 0]
         whole = np.average(outs, axis=1, weights=self.counts)
-        for name, worst in WORST.items():
-            whole[:, COLUMN[name]] = worst(outs[:, :, COLUMN[name]], axis=1)
-        m = drive.shape[0]
-        return states.reshape(m, -1), np.hstack([whole, outs.reshape(m, -1)])
+        for columns, worst in ((LARGEST, np.max), (LEAST, np.min)):
+            whole[:, columns] = worst(outs[:, :, columns], axis=1)
+        return np.hstack([whole, outs.reshape(outs.shape[0], -1)])
 
     @property
     def outputs(self) -> int:
@@ -108,6 +106,34 @@ class PackModel:
         return mean_audit(audits, self.counts)
 
 
+class Asked(NamedTuple):
+    """Arguments of `PackModel.steps`."""
+
+    model: PackModel
+    state: FloatArray
+    drive: FloatArray
+    p: FloatArray
+
+
+def steps_of(asked: Sequence[Asked]) -> list[OfSteps]:
+    """`PackModel.steps` of several packs, all with the same kernel, side by side."""
+    cells = [a.model.states(a.state) for a in asked]
+    longest = max(a.drive.shape[0] for a in asked)
+    longer = [((0, longest - a.drive.shape[0]), (0, 0)) for a in asked]
+    drives = [np.pad(a.drive, by, mode="edge") for a, by in zip(asked, longer, strict=True)]
+    kinds = [own.shape[0] for own in cells]
+    states, outs = asked[0].model.kernel(
+        np.concatenate(cells),
+        np.repeat(drives, kinds, axis=0),
+        np.concatenate([a.model.states(a.p) for a in asked]),
+    )
+    done, first = [], 0
+    for own, count in zip(asked, kinds, strict=True):
+        place = slice(own.drive.shape[0]), slice(first, first := first + count)
+        done.append((states[place], own.model.put_out(outs[place])))
+    return done
+
+
 def pack_model(pack: Pack, mesh: Mesh, backend: Backend) -> PackModel:
     """Of `pack`; kernels are kept, so the same again costs nothing."""
     with SYMBOLS:
@@ -137,17 +163,17 @@ class _Structure(NamedTuple):
 
 
 @lru_cache(maxsize=16)
-def _cell_kernel(of: _Structure) -> tuple[StepModel, Kernel]:
+def _cell_kernel(of: _Structure) -> tuple[StepModel, Abreast]:
     model, made = _begun(of)
     return model, made()
 
 
 @lru_cache(maxsize=16)
-def _begun(of: _Structure) -> tuple[StepModel, Callable[[], Kernel]]:
+def _begun(of: _Structure) -> tuple[StepModel, Callable[[], Abreast]]:
     model = StepModel(
         of.cell, of.mesh, ageing=of.ageing, stressed=of.stressed, hysteretic=of.hysteretic
     )
-    return model, begun(model.step(), of.backend)
+    return model, begun_abreast(model, of.backend)
 
 
 def of_places(pack: Pack, rows: FloatArray) -> FloatArray:

@@ -1,14 +1,11 @@
 """Many parameter sets on one load: `population(pack, load, names, values)`.
 
-Members are shared out to threads: the compiled kernel lets other threads run. CasADi's virtual
-machine does not; without a compiler one core does the work.
+Members go side by side, and in threads, see `simulate.run_all`. CasADi's virtual machine knows
+neither; without a compiler one core does the work.
 """
 
-import os
-from collections.abc import Iterable, Mapping, Sequence
-from concurrent.futures import ThreadPoolExecutor
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from functools import partial
 
 import numpy as np
 import numpy.typing as npt
@@ -16,12 +13,15 @@ import numpy.typing as npt
 from twin.kernel import Backend
 from twin.load import Load
 from twin.pack import Pack
-from twin.pack_model import pack_model
 from twin.sensitivity import known_values
-from twin.simulate import DEFAULT_MESH, Run, changeable, solution_of
+from twin.simulate import DEFAULT_MESH, Run, changeable, run_all, solution_of
 from twin.solution import Solution, Status
 
 FloatArray = npt.NDArray[np.float64]
+
+
+AT_ONCE = 64
+"""Members whose whole responses are held."""
 
 
 class PopulationError(ValueError):
@@ -67,18 +67,22 @@ def population(
         raise PopulationError(f"values {table.shape}: expected (members, {len(names)})")
     if workers is not None and workers < 1:
         raise PopulationError(f"workers = {workers}: expected 1 or more, or None")
-    pack_model(pack, DEFAULT_MESH, Backend.AUTO)  # compiled here, once, not by every thread
     whole = changeable(pack, load)
-    members = (whole | dict(zip(names, row, strict=True)) for row in table.tolist())
-    with ThreadPoolExecutor(workers or os.cpu_count()) as pool:
-        return _joined(load, table.shape[0], pool.map(partial(_member, pack, load), members))
+    members = [whole | dict(zip(names, row, strict=True)) for row in table.tolist()]
+    return _joined(load, len(members), _solved(pack, load, members, workers))
 
 
-def _member(pack: Pack, load: Load, numbers: Mapping[str, float]) -> Solution:
-    run = Run(pack, load, DEFAULT_MESH, Backend.AUTO, None)
-    run.change(numbers)
-    run.run()
-    return solution_of(run, pack, load)
+def _solved(
+    pack: Pack, load: Load, members: Sequence[Mapping[str, float]], workers: int | None
+) -> Iterator[Solution]:
+    for first in range(0, len(members), AT_ONCE):
+        some = members[first : first + AT_ONCE]
+        runs = [Run(pack, load, DEFAULT_MESH, Backend.AUTO, None) for _ in some]
+        for run, numbers in zip(runs, some, strict=True):
+            run.change(numbers)
+        run_all(runs, workers=workers)
+        for run in runs:
+            yield solution_of(run, pack, load)
 
 
 def _joined(load: Load, members: int, solutions: Iterable[Solution]) -> Population:

@@ -12,8 +12,8 @@ import casadi as ca
 import numpy as np
 import numpy.typing as npt
 
-from twin import lanes
 from twin.kernel import Backend, Kernel, kernel
+from twin.lanes import LANES
 from twin.load import Load
 from twin.mesh import Mesh
 from twin.one_thread import SYMBOLS
@@ -23,7 +23,7 @@ from twin.pieces import sample_ends
 from twin.simulate import DEFAULT_MESH, OUTSIDE, Run, cells_of, changeable, solution_of
 from twin.solution import Solution
 from twin.step import DRIVE, StepModel
-from twin.tangent import Tangent, tangent_step
+from twin.tangent import Tangent, c_of_tangent, tangent_step
 
 FloatArray = npt.NDArray[np.float64]
 
@@ -130,7 +130,7 @@ def _parts(model: StepModel) -> tuple[ca.Function, ca.Function]:
 
 @lru_cache(maxsize=16)
 def _code(model: StepModel) -> str:
-    return lanes.source(*_parts(model))
+    return c_of_tangent(*_parts(model))
 
 
 def _carry(
@@ -151,7 +151,7 @@ def _carry_kind(
     backend: Backend,
 ) -> FloatArray:  # fmt: skip
     """(2, steps, k) of one kind of cell, whose first state (k, states) and p (k, p) change."""
-    k = lanes.LANES * -(-len(names) // lanes.LANES)
+    k = LANES * -(-len(names) // LANES)
     with SYMBOLS:
         many = _built(run.model.cell, k, backend)
     state, drive, p = (_filled(rows, k) for rows in (change[0], _unit(names), change[1]))

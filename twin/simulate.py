@@ -4,20 +4,24 @@ The load becomes pieces (`pieces.py`). The kernel takes many of them a call; thi
 came back, halves what did not converge, and locates where a limit was reached.
 """
 
-from collections.abc import Mapping
+import os
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
+from functools import lru_cache
 
 import numpy as np
 import numpy.typing as npt
 
-from twin.effects import OF_CURRENT, ColdPack, SelfHeating
+from twin.abreast import Abreast
+from twin.effects import OF_CURRENT, ColdPack, OfCurrent, SelfHeating
 from twin.inside import inside
 from twin.kernel import CHUNK, Backend
 from twin.limits import COLUMN, Limits
 from twin.load import Load
 from twin.mesh import Mesh, electrode_mesh
 from twin.pack import CellKind, Pack
-from twin.pack_model import of_places, pack_model
+from twin.pack_model import Asked, of_places, pack_model, steps_of
 from twin.pieces import cut_into_pieces, sample_ends
 from twin.solution import Solution, Status
 
@@ -38,10 +42,14 @@ def surroundings(pack: Pack, ambient_K: float) -> FloatArray:
 
 def flowed(pack: Pack, load: Load) -> Load:
     """The load the cells of `pack` had while `load` was recorded, by the effects that differ."""
+    return _flowed(tuple(e for e in pack.effects if isinstance(e, OF_CURRENT)), load)
+
+
+@lru_cache(maxsize=16)  # while another number is fitted, the same again and again
+def _flowed(effects: tuple[OfCurrent, ...], load: Load) -> Load:
     current_A = load.current_A
-    for effect in pack.effects:
-        if isinstance(effect, OF_CURRENT):
-            current_A = effect.flowed_A(load.time_s, current_A)
+    for effect in effects:
+        current_A = effect.flowed_A(load.time_s, current_A)
     return load if current_A is load.current_A else replace(load, current_A=current_A)
 
 
@@ -92,7 +100,7 @@ class Run:
         self._tail = surroundings(pack, load.ambient_K)
         self.rows: list[FloatArray] = []
         self.charge_C = self.elapsed_s = 0.0
-        self.retried = 0
+        self.retried = self._at = 0
         self.status = Status.DONE
         self.taken: list[Taken] | None = None
 
@@ -103,35 +111,39 @@ class Run:
         self._p = self.model.parameters(self.kinds)
         self.initial = self.state = self.model.initial_state(self.kinds)
 
+    @property
+    def goes_on(self) -> bool:
+        """It has not come to its end."""
+        return self.status is Status.DONE and self._at < self.pieces.length_s.size
+
     def run(self) -> None:
         """All pieces, or up to where it ends."""
-        at, total = 0, self.pieces.length_s.size
-        while at < total and self.status is Status.DONE:
-            accepted = self._chunk(at)
-            at += accepted
-            if accepted < CHUNK and at < total and self._difficult(at):
-                at += 1
+        run_abreast([self])
 
-    def _chunk(self, at: int) -> int:
-        """Up to CHUNK pieces from `at` in one call; how many of them were accepted."""
-        span = slice(at, at + CHUNK)
-        length_s, current_A = self.pieces.length_s[span], self.pieces.stop_A[span]
-        size = length_s.size
-        drive = np.empty((size, 5))
-        drive[:, 0], drive[:, 1], drive[:, 2:] = length_s, current_A, self._tail
-        states, out = self.model.steps(self.state, drive, self._p)
-        rows = out.T
-        good = self._limits.accepts(rows, current_A)
+    def ahead(self) -> Asked:
+        """The next CHUNK pieces, as a call of the kernel."""
+        span = slice(self._at, self._at + CHUNK)
+        length_s = self.pieces.length_s[span]
+        drive = np.empty((length_s.size, 5))
+        drive[:, 0], drive[:, 1], drive[:, 2:] = length_s, self.pieces.stop_A[span], self._tail
+        return Asked(self.model, self.state, drive, self._p)
+
+    def take(self, drive: FloatArray, states: FloatArray, out: FloatArray) -> None:
+        """What came of `ahead`: as much as is accepted, and the piece behind it in parts."""
+        at, size, current_A = self._at, drive.shape[0], drive[:, 1]
+        good = self._limits.accepts(out.T, current_A)
         accepted = size if good.all() else int(np.argmin(good))
+        self._at += accepted
         if accepted:
-            self.state = states[accepted - 1].copy()
-            self.rows.append(rows[:, :accepted].copy())  # the block it lies in is free again
-            done = slice(at, at + accepted)
+            self.state = states[accepted - 1].flatten()
+            self.rows.append(out[:accepted].T.copy())  # the block it lies in is free again
+            done = slice(at, self._at)
             if self.taken is not None:
-                where = np.arange(at, at + accepted)
-                self.taken.append(Taken(drive[:accepted], states[:accepted], where))
+                after = states[:accepted].reshape(accepted, -1).copy()
+                self.taken.append(Taken(drive[:accepted], after, np.arange(at, self._at)))
             self._count(self.pieces.length_s[done], self.pieces.start_A[done], current_A[:accepted])
-        return accepted
+        if accepted < size and self._difficult(self._at):
+            self._at += 1
 
     def _difficult(self, at: int) -> bool:
         """The piece at `at` in ever smaller parts; False with the status set if that fails too."""
@@ -149,8 +161,9 @@ class Run:
                 done = np.array([drive[0]]), np.array([self._current_A(at, share)])
                 self._count(*done, np.array([current_A]))
                 if self.taken is not None:
-                    self.taken.append(Taken(drive[None], following, np.array([at])))
-                self.state, share, last = following[0], goal, trial
+                    after = following.reshape(1, -1)
+                    self.taken.append(Taken(drive[None], after, np.array([at])))
+                self.state, share, last = following[0].flatten(), goal, trial
                 size *= 2
             elif size > 0.5**LOCATE_HALVINGS:
                 size /= 2
@@ -167,6 +180,37 @@ class Run:
     def _count(self, length_s: FloatArray, start_A: FloatArray, stop_A: FloatArray) -> None:
         self.charge_C += float(np.dot(length_s, start_A + stop_A) / 2)
         self.elapsed_s += float(length_s.sum())
+
+
+def run_abreast(runs: Sequence[Run]) -> None:
+    """All to their ends, side by side; they share a kernel."""
+    while going := [run for run in runs if run.goes_on]:
+        asked = [run.ahead() for run in going]
+        for run, own, (states, out) in zip(going, asked, steps_of(asked), strict=True):
+            run.take(own.drive, states, out)
+
+
+def run_all(runs: Iterable[Run], *, workers: int | None = None) -> None:
+    """All to their ends: as many side by side as the kernel has lanes, and `workers` threads.
+
+    None is a thread a processor: the compiled kernel lets others run.
+    """
+    with ThreadPoolExecutor(workers or os.cpu_count()) as pool:
+        for _ in pool.map(run_abreast, _shared_out(runs)):
+            pass
+
+
+def _shared_out(runs: Iterable[Run]) -> Iterator[list[Run]]:
+    """In groups that share a kernel, of as many cells as it has lanes, or of one run."""
+    open_: dict[Abreast, list[Run]] = {}
+    for run in runs:
+        kernel = run.model.kernel
+        group = open_.setdefault(kernel, [])
+        if group and sum(len(r.kinds) for r in (*group, run)) > kernel.lanes:
+            yield open_.pop(kernel)
+            group = open_.setdefault(kernel, [])
+        group.append(run)
+    yield from open_.values()
 
 
 def simulate(
@@ -188,6 +232,13 @@ def simulate(
     run = Run(pack, load, mesh, backend, state)
     run.run()
     return solution_of(run, pack, load)
+
+
+def simulate_all(asked: Sequence[tuple[Pack, Load]]) -> list[Solution]:
+    """`simulate` of each, several at once; they cost least with the same equations side by side."""
+    runs = [Run(*each, DEFAULT_MESH, Backend.AUTO, None) for each in asked]
+    run_all(runs)
+    return [solution_of(run, *each) for run, each in zip(runs, asked, strict=True)]
 
 
 def solution_of(run: Run, pack: Pack, load: Load) -> Solution:

@@ -68,7 +68,7 @@ particle's surface below the particle's mean, which stress goes with: its extrem
 
 
 class StepModel:
-    """The equations of a cell on a mesh; `step()` is the kernel."""
+    """The equations of a cell on a mesh; `step()` puts them together."""
 
     def __init__(
         self, cell: Cell, mesh: Mesh, *, ageing: bool = False, stressed: bool = False,
@@ -114,7 +114,11 @@ class StepModel:
         return inventory.Lithium(self.layout, values).mol(state)
 
     def step(self) -> ca.Function:
-        """The kernel: (state, drive, p) -> (next state, OUTPUTS); drive as in DRIVE."""
+        """(state, drive, p) -> (next state, OUTPUTS); drive as in DRIVE."""
+        return newton.joined(*self.parts())
+
+    def parts(self) -> tuple[ca.Function, ca.Function, ca.Function]:
+        """Of a step: what is before, in, and after an iteration of Newton's method."""
         ready = self.prepared()
         given = [self.state, self.drive, self.p.vector]
         prepare = ca.Function("prepare", given, [self._guess(ready).vector(), *ready.all()])
@@ -125,7 +129,7 @@ class StepModel:
         finish = ca.Function(
             "finish", [inputs[0], answers, *inputs[1:]], list(self.finished(z, answers, known))
         )
-        return newton.joined(prepare, correct, finish)
+        return prepare, correct, finish
 
     def unknown(self) -> Unknown:
         """Fresh symbols."""

@@ -16,11 +16,43 @@ import numpy as np
 
 from twin import elimination
 from twin.chain_rule import ChainRule, split
+from twin.kernel import c_of
+from twin.lanes import c_of_lanes
 from twin.stages import Unknown
 from twin.step import StepModel
 
 SHOWN = ("voltage_V", "temperature_K")
 NAME = "tangent"  # of the step, in C too
+
+STEP = """
+/* lane k of number i is at v[k*n+i]: from there, and to there */
+static inline void gather(const double* v, int n, lanes* to) {
+  for (int i = 0; i < n; ++i) for (int k = 0; k < LANES; ++k) to[i][k] = v[k*n+i];
+}
+static inline void scatter(const lanes* from, int n, double* v) {
+  for (int k = 0; k < LANES; ++k) for (int i = 0; i < n; ++i) v[k*n+i] = from[i][k];
+}
+static int %(name)s(const casadi_real** arg, casadi_real** res, casadi_int* iw, casadi_real* w,
+                    int mem) {
+  /* behind the seven inputs and the two outputs is scratch, which what is shared may use */
+  const casadi_real **in = arg + 7;
+  casadi_real known[%(known)d], **out = res + 2;
+  lanes d_state[%(state)d], d_drive[%(drive)d], d_p[%(p)d], d_after[%(state)d], d_shown[%(shown)d];
+  in[0] = arg[1]; in[1] = arg[0]; in[2] = arg[2]; in[3] = arg[3];
+  out[0] = known;
+  if (shared(in, out, iw, w, mem)) return 1;
+  for (casadi_int i = 0; i < %(state)d; ++i) res[0][i] = arg[1][i];
+  for (casadi_int k = 0; k < *arg[6]; k += LANES) {
+    gather(arg[0] + (1 + k) * %(state)d, %(state)d, d_state);
+    gather(arg[4] + k * %(drive)d, %(drive)d, d_drive);
+    gather(arg[5] + k * %(p)d, %(p)d, d_p);
+    along(known, d_state, d_drive, d_p, d_after, d_shown);
+    scatter(d_after, %(state)d, res[0] + (1 + k) * %(state)d);
+    scatter(d_shown, %(shown)d, res[1] + k * %(shown)d);
+  }
+  return 0;
+}
+"""
 
 
 @dataclass(frozen=True, slots=True)
@@ -51,7 +83,7 @@ def tangent_step(shared: ca.Function, along: ca.Function, directions: int) -> ca
 
     Of `Tangent.split`. All d have one column per direction, those of dstate one after the other
     behind the state; `shown` is the change of SHOWN, direction by direction. How many directions
-    there are is told for the C code's sake (`lanes.py`), which is the same for any number.
+    there are is told for the C code's sake (`c_of_tangent`), which is the same for any number.
     """
     size, *sizes = (along.numel_in(k) for k in (1, 2, 3))
     carried, after = ca.MX.sym("carried", size * (1 + directions)), ca.MX.sym("after", size)
@@ -63,6 +95,15 @@ def tangent_step(shared: ca.Function, along: ca.Function, directions: int) -> ca
     out = [along(known, *own) for own in dy]
     whole = [ca.vertcat(after, *(o[0] for o in out)), ca.vertcat(*(o[1] for o in out))]
     return ca.Function(NAME, [carried, after, *given, *changes, ca.MX.sym("directions")], whole)
+
+
+def c_of_tangent(shared: ca.Function, along: ca.Function) -> str:
+    """C of `tangent_step` along as many directions as its last input says, whole LANES."""
+    sizes = {
+        "known": along.numel_in(0), "state": along.numel_in(1), "drive": along.numel_in(2),
+        "p": along.numel_in(3), "shown": along.numel_out(1),
+    }  # fmt: skip
+    return c_of(shared) + c_of_lanes([along], alike=[0]) + STEP % {"name": NAME, **sizes}
 
 
 @dataclass(frozen=True, slots=True)

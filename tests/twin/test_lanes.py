@@ -6,10 +6,9 @@ import casadi as ca
 import numpy as np
 import pytest
 
-from twin import lanes
 from twin.compiled import compiler
 from twin.kernel import CompiledLoop, VirtualLoop, kernel
-from twin.tangent import tangent_step
+from twin.tangent import c_of_tangent, tangent_step
 
 STATE, DRIVE, P = 3, 1, 2
 
@@ -32,7 +31,7 @@ def parts() -> tuple[ca.Function, ca.Function]:
 @pytest.mark.parametrize("directions", [4, 12])
 def test_they_give_what_casadi_gives(directions: int) -> None:
     function, rng = tangent_step(*parts(), directions), np.random.default_rng(3)
-    loop = kernel(function, code=partial(lanes.source, *parts()))
+    loop = kernel(function, code=partial(c_of_tangent, *parts()))
     each = [rng.normal(size=(9, STATE)), rng.normal(size=(9, DRIVE))]
     fixed = [rng.normal(size=n) for n in (P, DRIVE * directions, P * directions)]
     fixed.append(np.array([float(directions)]))

@@ -7,6 +7,7 @@ import numpy as np
 import numpy.typing as npt
 import pytest
 
+from twin.abreast import Abreast
 from twin.at_rest import open_circuit_V
 from twin.builtin import load_cell
 from twin.cell import Cell
@@ -83,12 +84,12 @@ def test_a_weak_cell_of_no_weakness_is_absence(lipo: Cell, effects: tuple[AnyEff
 def test_means_extremes_and_each_cell_are_put_out_in_that_order(lipo: Cell) -> None:
     def cell(state: Array, each: Sequence[Array], fixed: Sequence[Array]) -> tuple[Array, Array]:
         drawn = np.cumsum(each[0][:, :1], axis=0)
-        return state + drawn * fixed[0], drawn * fixed[0] * np.arange(1.0, 13.0)
+        return state.T + drawn * fixed[0].T, drawn * fixed[0].T * np.arange(1.0, 13.0)
 
-    equations = PackModel(StepModel(lipo, DEFAULT_MESH), (3, 1), cell)
+    equations = PackModel(StepModel(lipo, DEFAULT_MESH), (3, 1), Abreast(cell, 1))
     drive = np.array([[1.0], [0.5]])
     states, out = equations.steps(np.array([1.0, 2.0, 3.0, 4.0]), drive, np.array([1.0, 5.0]))
-    assert states.tolist() == [[2, 3, 8, 9], [2.5, 3.5, 10.5, 11.5]]
+    assert states.tolist() == [[[2, 3], [8, 9]], [[2.5, 3.5], [10.5, 11.5]]]
     assert out[0, :12].tolist() == [2, 4, 6, 20, 5, 6, 14, 8, 9, 50, 11, 60]
     assert out[0, 12:].tolist() == [*range(1, 13), *range(5, 61, 5)]
     assert out[1] == pytest.approx(1.5 * out[0])

@@ -1,6 +1,7 @@
 """The current sensor follows late and smooths."""
 
 from dataclasses import dataclass
+from functools import lru_cache
 from typing import ClassVar
 
 import numpy as np
@@ -51,6 +52,12 @@ def slope_matrix(time_s: FloatArray, degree: int) -> sparse.csc_array:
 
     Of the polynomial of that `degree` nearest to the WIDTH samples around each, one-sided at ends.
     """
+    return _slope_matrix(time_s.tobytes(), degree)
+
+
+@lru_cache(maxsize=16)  # the same for every lag
+def _slope_matrix(times: bytes, degree: int) -> sparse.csc_array:
+    time_s = np.frombuffer(times)
     n = time_s.size
     width = min(WIDTH, n)
     first = np.clip(np.arange(n) - width // 2, 0, n - width)

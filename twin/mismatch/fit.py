@@ -180,9 +180,7 @@ def fit(
     starts = problem.starts()
     if known:
         starts += problem.starts_from(known)
-    if len(starts) > (most := 1 if known else MOST_FOLLOWED):
-        starts = sorted(starts, key=problem.cost)[:most]
-    return _descended(problem, judge, starts)
+    return _descended(problem, judge, _least(problem, starts, 1 if known else MOST_FOLLOWED))
 
 
 def refit(data: Data, there: Fitted) -> Fitted:
@@ -192,7 +190,15 @@ def refit(data: Data, there: Fitted) -> Fitted:
     """
     problem, judge = data.problems(there.problem.hypotheses)
     starts = [there.q, *(problem.starts() if len(there.ids) == 1 else [])]
-    return _descended(problem, judge, sorted(starts, key=problem.cost)[:MOST_FOLLOWED])
+    return _descended(problem, judge, _least(problem, starts, MOST_FOLLOWED))
+
+
+def _least(problem: Problem, starts: Sequence[FloatArray], most: int) -> list[FloatArray]:
+    """At most so many of the starts, those that cost least, the least first."""
+    if len(starts) <= most:
+        return list(starts)
+    costs = problem.costs(starts)
+    return [starts[k] for k in np.argsort(costs, kind="stable")[:most]]
 
 
 def _descended(problem: Problem, judge: Problem, starts: Sequence[FloatArray]) -> Fitted:

@@ -5,11 +5,8 @@ the start of each recording (its state of charge is never known exactly), so tha
 cannot pose as physics, nor physics be eaten by more than the start's tolerance.
 """
 
-from collections.abc import Callable, Mapping, Sequence
-from concurrent.futures import ThreadPoolExecutor
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from os import cpu_count
-from typing import TypeVar
 
 import numpy as np
 import numpy.typing as npt
@@ -21,13 +18,10 @@ from twin.mismatch.hypothesis import Hypothesis, coordinate_of, value_of
 from twin.mismatch.left import beyond_cut_offs, left_V
 from twin.mismatch.noise import Whitener
 from twin.pack import Pack
-from twin.simulate import simulate
+from twin.simulate import simulate_all
 from twin.solution import Solution
 
 FloatArray = npt.NDArray[np.float64]
-
-A = TypeVar("A")
-B = TypeVar("B")
 
 START_SOC = 0.002
 """Tolerance of the state of charge at the start, standard deviation."""
@@ -161,24 +155,36 @@ class Problem:
 
     def residual_V(self, q: FloatArray, flight: int) -> FloatArray:
         """(n,) recorded minus simulated, see `left_V`."""
-        return self._residuals(q, flight)[0]
+        return self._residuals([(q, flight)])[0][0]
 
-    def _residuals(self, q: FloatArray, flight: int) -> list[FloatArray]:
-        """(n,) of the voltage, and of each channel beyond it."""
-        own, pack = self.flights[flight], self._packs[flight]
-        solution: Solution | None
-        try:
-            solution = simulate(self.pack(q, flight), own.load)
-        except ValueError:
-            solution = None
+    def _residuals(self, asked: Sequence[tuple[FloatArray, int]]) -> list[list[FloatArray]]:
+        """Of coordinates and a recording each: (n,) of the voltage, and of each channel."""
+        solutions = self._simulated(asked)
         return [
-            left_V(own, pack, solution),
-            *(c.residual(solution) for c in self._channels[flight]),
+            [
+                left_V(self.flights[flight], self._packs[flight], solution),
+                *(c.residual(solution) for c in self._channels[flight]),
+            ]
+            for (_, flight), solution in zip(asked, solutions, strict=True)
         ]
 
-    def _whiten(self, flight: int) -> list[Whitener | Whitening]:
-        """In the order of `_residuals`."""
-        return [self._whiteners[flight], *(c.whiten for c in self._channels[flight])]
+    def _simulated(self, asked: Sequence[tuple[FloatArray, int]]) -> list[Solution | None]:
+        """None where no cell has these values."""
+        packs: list[Pack | None] = []
+        for q, flight in asked:
+            try:
+                packs.append(self.pack(q, flight))
+            except ValueError:
+                packs.append(None)
+        own = zip(packs, asked, strict=True)
+        done = iter(simulate_all([(p, self.flights[k].load) for p, (_, k) in own if p]))
+        return [next(done) if p else None for p in packs]
+
+    @property
+    def _whiten(self) -> list[list[Whitener | Whitening]]:
+        """Of each recording, in the order of `_residuals`."""
+        both = zip(self._whiteners, self._channels, strict=True)
+        return [[own, *(c.whiten for c in more)] for own, more in both]
 
     def judged(self, flight: int) -> npt.NDArray[np.int64]:
         """(j,) which samples count."""
@@ -193,7 +199,7 @@ class Problem:
         """(m,) of each recording: where its residuals are, see `bagged.stretches`."""
         return tuple(
             stretches(
-                np.concatenate([flight.time_s[w.samples] for w in self._whiten(k)]),
+                np.concatenate([flight.time_s[w.samples] for w in self._whiten[k]]),
                 self._whiteners[k].noise.slow_s,
             )
             for k, flight in enumerate(self.flights)
@@ -201,17 +207,20 @@ class Problem:
 
     def rms_V(self, q: FloatArray) -> float:
         """Recorded minus simulated, samples that count."""
-        return self._rms_V(parallel(lambda k: self.residual_V(q, k), range(len(self.flights))))
+        return self._rms_V([own[0] for own in self._residuals(self._each([q]))])
 
     def _rms_V(self, residuals_V: Sequence[FloatArray]) -> float:
         """Of all samples that count, one (n,) a recording."""
         counted = [r[self.judged(k)] for k, r in enumerate(residuals_V)]
         return float(np.sqrt(np.mean(np.concatenate(counted) ** 2)))
 
-    def whitened(self, q: FloatArray, flight: int) -> FloatArray:
-        """(m,) of one recording."""
-        both = zip(self._whiten(flight), self._residuals(q, flight), strict=True)
-        return np.concatenate([whiten(r[:, None])[:, 0] for whiten, r in both])
+    def whitened(self, points: Sequence[FloatArray]) -> list[list[FloatArray]]:
+        """(m,) of each recording, at each of the coordinates."""
+        done = iter(self._residuals(self._each(points)))
+        return [[_white(own, next(done)) for own in self._whiten] for _ in points]
+
+    def _each(self, points: Sequence[FloatArray]) -> list[tuple[FloatArray, int]]:
+        return [(q, flight) for q in points for flight in range(len(self.flights))]
 
     def evidence(self, q: FloatArray) -> Evidence:
         """Of all recordings; kept, since fits begin where effects were looked at and end there."""
@@ -221,42 +230,43 @@ class Problem:
         return self._kept[key]
 
     def _evidence(self, q: FloatArray) -> Evidence:
-        high = self.bounds[1]
-        jobs = [
-            (flight, column)
+        moved = [
+            [_moved(q, column, self.bounds[1]) for column in self._columns(flight)]
             for flight in range(len(self.flights))
-            for column in [-1, *self._columns(flight)]
         ]
-
-        def at(job: tuple[int, int]) -> list[FloatArray]:
-            flight, column = job
-            return self._residuals(_moved(q, column, high) if column >= 0 else q, flight)
-
-        done = dict(zip(jobs, parallel(at, jobs), strict=True))
-        rows, slopes = [], []
-        for flight in range(len(self.flights)):
+        asked = [(at, flight) for flight, own in enumerate(moved) for at in (q, *own)]
+        done, here_V, rows, slopes = iter(self._residuals(asked)), [], [], []
+        for flight, points in enumerate(moved):
+            here, *there = [next(done) for _ in (q, *points)]
             own = list(self._columns(flight))
-            steps = np.array([_moved(q, c, high)[c] - q[c] for c in own])
-            for k, whiten in enumerate(self._whiten(flight)):
-                here = done[flight, -1][k]
-                changes = np.column_stack([done[flight, c][k] - here for c in own]) / steps
-                white = whiten(np.column_stack([here, changes]))
+            steps = np.array([at[c] - q[c] for at, c in zip(points, own, strict=True)])
+            here_V.append(here[0])
+            for k, whiten in enumerate(self._whiten[flight]):
+                changes = np.column_stack([r[k] - here[k] for r in there]) / steps
+                white = whiten(np.column_stack([here[k], changes]))
                 whole = np.zeros((white.shape[0], q.size))
                 whole[:, own] = white[:, 1:]
                 rows.append(white[:, 0])
                 slopes.append(whole)
-        rms_V = self._rms_V([done[flight, -1][0] for flight in range(len(self.flights))])
-        return Evidence(np.concatenate(rows), np.vstack(slopes), rms_V)
+        return Evidence(np.concatenate(rows), np.vstack(slopes), self._rms_V(here_V))
 
     def linearised(self, q: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Residuals, those of the prior included, and their derivative."""
         e = self.evidence(q)
         return np.concatenate([e.residuals, -q]), np.vstack([e.slopes, -np.eye(q.size)])
 
+    def costs(self, points: Sequence[FloatArray]) -> list[float]:
+        """Half the sum of squares at each, those of the prior included."""
+        both = zip(points, self.whitened(points), strict=True)
+        return [0.5 * float(sum(r @ r for r in own) + q @ q) for q, own in both]
+
     def cost(self, q: FloatArray) -> float:
-        """Half the sum of squares."""
-        parts = parallel(lambda k: self.whitened(q, k), range(len(self.flights)))
-        return 0.5 * float(sum(p @ p for p in parts) + q @ q)
+        """Of one, by `evidence`: slopes cost little beside it, and are asked for where it is least.
+
+        Simulations go side by side.
+        """
+        residuals, _ = self.linearised(q)
+        return 0.5 * float(residuals @ residuals)
 
     def _values(self, q: FloatArray) -> list[float]:
         return [
@@ -268,12 +278,10 @@ class Problem:
         return [*range(len(self._terms)), len(self._terms) + flight]
 
 
-def parallel(work: Callable[[A], B], items: Sequence[A]) -> list[B]:
-    """As `map`, in as many threads as there are processors: the compiled kernel frees the lock."""
-    if len(items) == 1:
-        return [work(items[0])]
-    with ThreadPoolExecutor(cpu_count() or 1) as pool:
-        return list(pool.map(work, items))
+def _white(ways: Sequence[Whitener | Whitening], residuals: Sequence[FloatArray]) -> FloatArray:
+    """(m,) of one recording."""
+    both = zip(ways, residuals, strict=True)
+    return np.concatenate([whiten(r[:, None])[:, 0] for whiten, r in both])
 
 
 def _moved(q: FloatArray, column: int, high: FloatArray) -> FloatArray:

@@ -16,9 +16,8 @@ from twin.load import Between, Load
 from twin.mismatch.flight import FloatArray
 from twin.mismatch.left import beyond_cut_offs
 from twin.mismatch.noise import Unseen
-from twin.mismatch.problem import parallel
 from twin.pack import Pack
-from twin.simulate import simulate
+from twin.simulate import simulate, simulate_all
 
 SOC_STEP = 1e-4
 CURRENTS = 4
@@ -42,14 +41,14 @@ def unseen(pack: Pack, load: Load) -> Unseen | None:
     random, dt = np.random.default_rng(0), np.diff(load.time_s)
     ways_C = off_C * np.sqrt(dt) * random.standard_normal((CURRENTS, dt.size))
 
-    def quick(drawn_C: FloatArray) -> FloatArray:
-        done_V = simulate(wide, _with_between(load, drawn_C)).voltage_V[::2]
+    def quick(drawn_C: FloatArray, done_V: FloatArray) -> FloatArray:
         walked_C, n = np.append(0.0, np.cumsum(drawn_C)), min(done_V.size, per_C.size)
         out = np.zeros(per_C.size)
         out[:n] = done_V[:n] - as_is_V[:n] + walked_C[:n] * per_C[:n]
         return out
 
-    quick_V = np.array(parallel(quick, list(ways_C)))
+    done = simulate_all([(wide, _with_between(load, drawn_C)) for drawn_C in ways_C])
+    quick_V = np.array([quick(c, s.voltage_V[::2]) for c, s in zip(ways_C, done, strict=True)])
     squares = np.convolve(np.mean(quick_V**2, axis=0), np.ones(AS_LARGE) / AS_LARGE, mode="same")
     size_V = np.sqrt(np.maximum(squares, np.finfo(float).tiny))
     follows = np.mean(quick_V[:, 1:] * quick_V[:, :-1], axis=0) / (size_V[1:] * size_V[:-1])

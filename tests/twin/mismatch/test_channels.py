@@ -98,11 +98,11 @@ def test_slopes_of_channels_are_those_of_their_residuals() -> None:
     problem = Problem(data.fitted, chosen("weak_cell", "cold_pack"))
     q = problem.starts()[0]
     there = problem.evidence(q)
-    assert there.residuals == pytest.approx(problem.whitened(q, 0))
+    assert there.residuals == pytest.approx(problem.whitened([q])[0][0])
     assert there.rms_V == problem.rms_V(q)
     step = np.zeros(problem.size)
     step[0] = 1e-3
-    far = (problem.whitened(q + step, 0) - there.residuals) / 1e-3
+    far = (problem.whitened([q + step])[0][0] - there.residuals) / 1e-3
     assert there.slopes[:, 0] == pytest.approx(far, rel=0.02, abs=1e-2 * np.abs(far).max())
 
 
