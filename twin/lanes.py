@@ -39,7 +39,7 @@ OPERATIONS = {
     ca.OP_POW: "power({0}, {1})",
     ca.OP_CONSTPOW: "power({0}, {1})",
     ca.OP_FABS: "size({0})",
-    ca.OP_SIGN: "TRUTH({0}>0)-TRUTH({0}<0)",
+    ca.OP_SIGN: "SELECT((words)({0}!={0}), {0}, TRUTH({0}>0)-TRUTH({0}<0))",
     ca.OP_FMIN: "SELECT((words)({0}<{1})|(words)({1}!={1}), {0}, {1})",
     ca.OP_FMAX: "SELECT((words)({0}>{1})|(words)({1}!={1}), {0}, {1})",
     ca.OP_LT: "TRUTH({0}<{1})",

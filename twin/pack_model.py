@@ -118,9 +118,8 @@ class Asked(NamedTuple):
 def steps_of(asked: Sequence[Asked]) -> list[OfSteps]:
     """`PackModel.steps` of several packs, all with the same kernel, side by side."""
     cells = [a.model.states(a.state) for a in asked]
-    longest = max(a.drive.shape[0] for a in asked)
-    longer = [((0, longest - a.drive.shape[0]), (0, 0)) for a in asked]
-    drives = [np.pad(a.drive, by, mode="edge") for a, by in zip(asked, longer, strict=True)]
+    longest = np.arange(max(a.drive.shape[0] for a in asked))
+    drives = [a.drive[np.minimum(longest, a.drive.shape[0] - 1)] for a in asked]
     kinds = [own.shape[0] for own in cells]
     states, outs = asked[0].model.kernel(
         np.concatenate(cells),

@@ -6,6 +6,9 @@ import casadi as ca
 import numpy as np
 import pytest
 
+from twin import lanes
+from twin.bpx_function import Table
+from twin.chain_rule import instructions
 from twin.compiled import compiler
 from twin.kernel import CompiledLoop, VirtualLoop, kernel
 from twin.tangent import c_of_tangent, tangent_step
@@ -40,3 +43,50 @@ def test_they_give_what_casadi_gives(directions: int) -> None:
     assert len(np.unique(each[1] > 0)) == 2  # a condition that holds and does not
     for own, expected in zip(loop(*given), VirtualLoop(function)(*given), strict=True):
         assert own == pytest.approx(expected, rel=1e-12, abs=1e-12)
+
+
+def every_operation() -> ca.Function:
+    """All that `lanes` knows, of two numbers; a table, and its slope."""
+    x, y = ca.SX.sym("x"), ca.SX.sym("y")
+    one = [op for op in lanes.OPERATIONS if op in UNARY]
+    both = [op for op in lanes.OPERATIONS if op not in UNARY]
+    table = Table((0.0, 0.5, 2.0), (1.0, 3.0, 2.0))
+    out = [ca.SX.unary(op, x) for op in one] + [ca.SX.binary(op, x, y) for op in both]
+    out += [table(y), ca.jacobian(table(y), y)]
+    return ca.Function("every_operation", [x, y], [ca.vertcat(*map(ca.densify, out))])
+
+
+UNARY = {
+    ca.OP_NEG, ca.OP_SQ, ca.OP_TWICE, ca.OP_INV, ca.OP_SQRT, ca.OP_EXP, ca.OP_LOG, ca.OP_TANH,
+    ca.OP_SINH, ca.OP_COSH, ca.OP_ASINH, ca.OP_FABS, ca.OP_SIGN, ca.OP_NOT,
+}  # fmt: skip
+
+ALL_OF_THEM = """
+static int every(const casadi_real** arg, casadi_real** res, casadi_int* iw, casadi_real* w,
+                 int mem) {
+  every_operation((loose*)arg[1], (loose*)arg[2], (loose*)res[1]);
+  return 0;
+}
+"""
+
+
+@pytest.mark.skipif(compiler() is None, reason="no C compiler")
+@pytest.mark.parametrize("apart", [0, 7])
+def test_every_operation_is_that_of_casadi(apart: int) -> None:
+    """In lanes that hold the same, and in such that do not."""
+    f = every_operation()
+    known = {o.op for o in instructions(f)} | {ca.OP_CONSTPOW}
+    assert known >= set(lanes.OPERATIONS)
+    values = [0.0, -0.0, 1.0, -1.0, 0.3, -2.5, 700.0, 1e-300, np.inf, -np.inf, np.nan]
+    pairs = np.array([(a, b) for a in values for b in values])
+    rows = np.stack([np.roll(pairs, apart * k, axis=0) for k in range(lanes.LANES)], axis=1)
+    given = [ca.MX.sym("v", lanes.LANES) for _ in range(3)]
+    out = f.map(lanes.LANES)(given[1].T, given[2].T).T
+    function = ca.Function("every", given, [given[0], out])
+    loop = kernel(function, code=lambda: lanes.c_of_lanes([f]) + ALL_OF_THEM)
+    assert isinstance(loop, CompiledLoop)
+    own = loop(np.zeros(lanes.LANES), [rows[:, :, 0], rows[:, :, 1]], [])[1]
+    own = own.reshape(len(pairs), -1, lanes.LANES)
+    for k in range(lanes.LANES):
+        expected = f.map(len(pairs))(rows[:, k, 0], rows[:, k, 1]).full().T
+        assert own[:, :, k] == pytest.approx(expected, rel=1e-14, abs=1e-15, nan_ok=True)
