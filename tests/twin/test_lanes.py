@@ -6,10 +6,9 @@ import casadi as ca
 import numpy as np
 import pytest
 
-from twin import lanes
+from twin import compiled, lanes
 from twin.bpx_function import Table
 from twin.chain_rule import instructions
-from twin.compiled import compiler
 from twin.kernel import CompiledLoop, VirtualLoop, kernel
 from twin.tangent import c_of_tangent, tangent_step
 
@@ -30,7 +29,7 @@ def parts() -> tuple[ca.Function, ca.Function]:
     )
 
 
-@pytest.mark.skipif(compiler() is None, reason="no C compiler")
+@pytest.mark.skipif(compiled.compiler() is None, reason="no C compiler")
 @pytest.mark.parametrize("directions", [4, 12])
 def test_they_give_what_casadi_gives(directions: int) -> None:
     function, rng = tangent_step(*parts(), directions), np.random.default_rng(3)
@@ -70,10 +69,15 @@ static int every(const casadi_real** arg, casadi_real** res, casadi_int* iw, cas
 """
 
 
-@pytest.mark.skipif(compiler() is None, reason="no C compiler")
+@pytest.mark.skipif(compiled.compiler() is None, reason="no C compiler")
 @pytest.mark.parametrize("apart", [0, 7])
-def test_every_operation_is_that_of_casadi(apart: int) -> None:
-    """In lanes that hold the same, and in such that do not."""
+@pytest.mark.parametrize("without", ["", compiled.NATIVE])
+def test_every_operation_is_that_of_casadi(
+    apart: int, without: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """In lanes that hold the same, and in such that do not; on a processor without them too."""
+    flags = tuple(flag for flag in compiled.FLAGS if flag != without)
+    monkeypatch.setattr(compiled, "FLAGS", flags)
     f = every_operation()
     known = {o.op for o in instructions(f)} | {ca.OP_CONSTPOW}
     assert known >= set(lanes.OPERATIONS)

@@ -4,10 +4,9 @@ Coordinates q are standard deviations of the prior from its mean, so that the pr
 """
 
 import os
-from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
-from functools import partial
 from typing import Any
 
 import numpy as np
@@ -44,6 +43,7 @@ FloatArray = npt.NDArray[np.float64]
 
 READ_K = 1.0
 """By what a surface is not as warm as the cell is on the whole, and a lump of heat not the cell."""
+AT_ONCE = 8  # points whose whole responses are held
 SPAN_K = 8.0  # of the tests' temperatures: less does not tell an activation energy from a rate
 
 
@@ -147,26 +147,42 @@ class Problem:
         """
         last, key = self._last, q.tobytes()
         if last[0] != key:
-            with ThreadPoolExecutor(_workers()) as pool:
-                self._last = last = key, self._residuals(q, pool.map)
+            self._last = last = key, self._residuals([q])[0]
         return last[1]
 
-    def _residuals(self, q: FloatArray, each: Callable[..., Iterable[Simulated]]) -> FloatArray:
-        """With `each` as `map`."""
+    def _residuals(self, points: Sequence[FloatArray]) -> list[FloatArray]:
+        """At each of the points; the same test of several goes side by side."""
+        numbers = [self._numbers_at(q) for q in points]
+        possible = [own for own in numbers if not isinstance(own, Infeasible)]
+        asked = [(t, own[k]) for k, t in enumerate(self.tests) for own in possible]
+        done = self._simulator.plain(asked)
+        answers = (done[k :: len(possible)] for k in range(len(possible)))
+        both = zip(points, numbers, strict=True)
+        return [
+            self._missed(q, own if isinstance(own, Infeasible) else next(answers))
+            for q, own in both
+        ]
+
+    def _numbers_at(self, q: FloatArray) -> list[dict[str, float]] | Infeasible:
+        """Of the kernel, in each test."""
         values = self.values(q)
-        warm: list[FloatArray] = []
         try:
-            answers = list(each(partial(self.simulated, q), range(len(self.tests))))
-            parts = [a.voltage_V for a in answers]
-            warm = [self._missed_K(a, k) for k, a in enumerate(answers) if self.warming(k)]
-            derived = self._map(self._values_at(values, 0))[1]
+            return [self._map(self._values_at(values, k))[0] for k in range(len(self.tests))]
         except Infeasible as e:
-            parts = [t.voltage_V + BEYOND_V * (2.0 + abs(e.by)) for t in self.tests]
-            warm = [np.zeros(t.at.size) for k, t in enumerate(self.tests) if self.warming(k)]
+            return e
+
+    def _missed(self, q: FloatArray, answers: Sequence[Simulated] | Infeasible) -> FloatArray:
+        warming = [k for k in range(len(self.tests)) if self.warming(k)]
+        if isinstance(answers, Infeasible):
+            far_V = BEYOND_V * (2.0 + abs(answers.by))
+            rows = [np.full(t.at.size, -far_V) / t.sigma_V for t in self.tests]
+            warm = [np.zeros(self.tests[k].at.size) for k in warming]
             derived = np.zeros(len(self.derived))
-        rows = [
-            (t.voltage_V - v) / t.sigma_V for t, v in zip(self.tests, parts, strict=True)
-        ]  # fmt: skip
+        else:
+            both = zip(self.tests, answers, strict=True)
+            rows = [(t.voltage_V - a.voltage_V) / t.sigma_V for t, a in both]
+            warm = [self._missed_K(answers[k], k) for k in warming]
+            derived = self._map(self._values_at(self.values(q), 0))[1]
         fillers, _ = self.missed_fillers(derived)
         return np.concatenate([*rows, -q, fillers, *warm])
 
@@ -177,7 +193,7 @@ class Problem:
 
     def linearised(self, q: FloatArray) -> tuple[FloatArray, FloatArray]:
         """`residuals` and their derivative by q; Infeasible if no cell has these values."""
-        with ThreadPoolExecutor(_workers()) as pool:
+        with ThreadPoolExecutor(os.cpu_count()) as pool:
             jobs = [
                 pool.submit(self.simulated, q, i, derivative=True) for i in range(len(self.tests))
             ]
@@ -202,20 +218,17 @@ class Problem:
         return _half_square(self.residuals(q))
 
     def costs(self, points: FloatArray) -> FloatArray:
-        """(m,) of points (m, k) of the unit cube, a thread each: what a search minimises."""
-
-        def cost(q: FloatArray) -> float:
-            return _half_square(self._residuals(q, map))
-
+        """(m,) of points (m, k) of the unit cube: what a search minimises."""
         low, high = self.bounds
-        with ThreadPoolExecutor(_workers()) as pool:
-            return np.array(list(pool.map(cost, low + points * (high - low))))
+        whole = list(low + points * (high - low))
+        parts = [self._residuals(whole[k:][:AT_ONCE]) for k in range(0, len(whole), AT_ONCE)]
+        return np.array([_half_square(r) for part in parts for r in part])
 
     def simulated(self, q: FloatArray, test: int, *, derivative: bool = False) -> Simulated:
         """The test number `test`; Infeasible if no cell has these values."""
         values, sample = self._values_at(self.values(q), test), self.tests[test]
         if not derivative:
-            return self._simulator.plain(sample, self._map(values)[0])
+            return self._simulator.plain([(sample, self._map(values)[0])])[0]
         mapped = self._map.mapped(values)
         by_q = self.chain(q, mapped.by_values, test)
         names, start = start_names(self._map.directions, mapped.numbers["initial_soc"])
@@ -270,7 +283,7 @@ class Problem:
 
         A deferred correction: `q` where this problem is least is that of fine steps and mesh.
         """
-        with ThreadPoolExecutor(_workers()) as pool:
+        with ThreadPoolExecutor(os.cpu_count()) as pool:
             values, tests = self.values(q), range(len(self.tests))
             numbers = [self._map(self._values_at(values, k))[0] for k in tests]
             missed = pool.map(self._simulator.missed_V, self.tests, numbers)
@@ -385,7 +398,3 @@ def _with_potential(cell: Cell, ocp_V: Function) -> Cell:
 
 def _half_square(residuals: FloatArray) -> float:
     return 0.5 * float(residuals @ residuals)
-
-
-def _workers() -> int:
-    return os.cpu_count() or 1

@@ -13,7 +13,7 @@ from twin.load import Load
 from twin.mesh import Mesh
 from twin.pack import Pack
 from twin.sensitivity import sensitivity_of
-from twin.simulate import DEFAULT_MESH, Run, changeable, solution_of
+from twin.simulate import DEFAULT_MESH, Run, changeable, run_all, solution_of
 from twin.solution import Solution, Status
 
 FloatArray = npt.NDArray[np.float64]
@@ -54,9 +54,14 @@ class Simulator:
         )
         self._wide = replace(pack, cell=cell)
 
-    def plain(self, sample: Sampled, numbers: Mapping[str, float]) -> Simulated:
-        """A test without derivatives."""
-        solution = self.solved(sample.load, numbers)
+    def plain(self, asked: Sequence[tuple[Sampled, Mapping[str, float]]]) -> list[Simulated]:
+        """Tests without derivatives; least work where the same ones follow each other."""
+        runs = [self._run(sample.load, numbers) for sample, numbers in asked]
+        run_all(runs)
+        both = zip(runs, asked, strict=True)
+        return [self._at(solution_of(r, self._wide, s.load), s) for r, (s, _) in both]
+
+    def _at(self, solution: Solution, sample: Sampled) -> Simulated:
         return Simulated(
             voltage_V=self._filled(solution.voltage_V, sample),
             by_q=None,
@@ -103,10 +108,14 @@ class Simulator:
         self, load: Load, numbers: Mapping[str, float], mesh: Mesh = DEFAULT_MESH
     ) -> Solution:
         """At every sample of a load."""
-        run = Run(self._wide, load, mesh, Backend.AUTO, None)
-        run.change({**self._given(load), **numbers})
+        run = self._run(load, numbers, mesh)
         run.run()
         return solution_of(run, self._wide, load)
+
+    def _run(self, load: Load, numbers: Mapping[str, float], mesh: Mesh = DEFAULT_MESH) -> Run:
+        run = Run(self._wide, load, mesh, Backend.AUTO, None)
+        run.change({**self._given(load), **numbers})
+        return run
 
     def _given(self, load: Load) -> dict[str, float]:
         """Numbers of the pack; a test starts as warm as its surroundings."""

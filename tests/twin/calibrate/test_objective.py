@@ -1,5 +1,6 @@
 """The map from parameters to the kernel, and exact derivatives of what is minimised."""
 
+from collections.abc import Sequence
 from functools import cache
 from typing import Any
 
@@ -105,13 +106,13 @@ def test_who_asks_again_for_a_point_waits_for_no_simulation(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     problem, q = case()
-    simulated, asked = problem.simulated, []
+    plain, asked = problem._simulator.plain, []
 
-    def counted(*given: Any) -> Simulated:
-        asked.append(given)
-        return simulated(*given)
+    def counted(given: Sequence[Any]) -> list[Simulated]:
+        asked.extend(given)
+        return plain(given)
 
-    monkeypatch.setattr(problem, "simulated", counted)
+    monkeypatch.setattr(problem._simulator, "plain", counted)
     cost = problem.cost(q + 0.1)
     assert len(asked) == len(problem.tests)
     residuals = problem.residuals(q + 0.1)
