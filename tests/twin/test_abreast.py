@@ -68,8 +68,10 @@ def test_one_with_fewer_steps_gets_so_many() -> None:
     ids=["bare", "ageing", "hysteretic", "two kinds"],
 )
 def test_the_lanes_compute_what_casadi_does(effects: tuple[object, ...]) -> None:
-    """Of cells that differ, and jumps that take several iterations; of which one more or less, where
-    rounding decides, is worth 1e-7."""
+    """Of cells that differ, in jumps that take several iterations.
+
+    One more of these or one less, where rounding decides, is worth 1e-7.
+    """
     packs = [Pack(cell=M50.cell, series=2, initial_soc=s, effects=effects) for s in (0.3, 0.9)]
     loads = [gusty(4), gusty(5, 20.0)]
     ours, theirs = (
