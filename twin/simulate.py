@@ -195,8 +195,13 @@ def run_all(runs: Iterable[Run], *, workers: int | None = None) -> None:
 
     None is a thread a processor: the compiled kernel lets others run.
     """
+    groups = list(_shared_out(runs))
+    if len(groups) < 2:
+        for group in groups:
+            run_abreast(group)
+        return
     with ThreadPoolExecutor(workers or os.cpu_count()) as pool:
-        for _ in pool.map(run_abreast, _shared_out(runs)):
+        for _ in pool.map(run_abreast, groups):
             pass
 
 

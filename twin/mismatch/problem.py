@@ -5,12 +5,14 @@ the start of each recording (its state of charge is never known exactly), so tha
 cannot pose as physics, nor physics be eaten by more than the start's tolerance.
 """
 
+import os
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 import numpy.typing as npt
 
+from twin.lanes import LANES
 from twin.mismatch.bagged import stretches
 from twin.mismatch.channels import Whitening, channels
 from twin.mismatch.flight import Flight
@@ -23,6 +25,8 @@ from twin.solution import Solution
 
 FloatArray = npt.NDArray[np.float64]
 
+AT_ONCE = LANES * (os.cpu_count() or 1)
+"""Simulations whose whole responses are held."""
 START_SOC = 0.002
 """Tolerance of the state of charge at the start, standard deviation."""
 DIFFERENCE = 1e-4
@@ -159,13 +163,14 @@ class Problem:
 
     def _residuals(self, asked: Sequence[tuple[FloatArray, int]]) -> list[list[FloatArray]]:
         """Of coordinates and a recording each: (n,) of the voltage, and of each channel."""
-        solutions = self._simulated(asked)
+        parts = [asked[k : k + AT_ONCE] for k in range(0, len(asked), AT_ONCE)]
         return [
             [
                 left_V(self.flights[flight], self._packs[flight], solution),
                 *(c.residual(solution) for c in self._channels[flight]),
             ]
-            for (_, flight), solution in zip(asked, solutions, strict=True)
+            for part in parts
+            for (_, flight), solution in zip(part, self._simulated(part), strict=True)
         ]
 
     def _simulated(self, asked: Sequence[tuple[FloatArray, int]]) -> list[Solution | None]:
