@@ -8,6 +8,7 @@ takes them apart. What the lanes are is the caller's: directions (`tangent.py`),
 """
 
 from collections.abc import Collection, Sequence
+from math import isfinite, isnan
 
 import casadi as ca
 import numpy as np
@@ -138,11 +139,18 @@ def _statement(own: Operation, alike: Collection[int], tables: "_Tables") -> str
         given = f"x{of[0]}[{of[1]}]"
         return f"a{to[0]}={f'ALL({given})' if of[0] in alike else given};"
     if op == ca.OP_CONST:
-        return f"a{to[0]}=ALL({constant!r});"
+        return f"a{to[0]}=ALL({_number(constant)});"
     if called:
         arguments = ", ".join(f"a{k}" for k in of)
         return f"a{to[0]}={tables.name(called)}_of_lanes({arguments});"
     return f"a{to[0]}={OPERATIONS[op].format(*(f'a{k}' for k in of))};"
+
+
+def _number(value: float) -> str:
+    """As C writes it."""
+    if isfinite(value):
+        return repr(value)
+    return "NAN" if isnan(value) else f"({'-' if value < 0 else ''}INFINITY)"
 
 
 class _Tables:

@@ -45,13 +45,14 @@ def test_they_give_what_casadi_gives(directions: int) -> None:
 
 
 def every_operation() -> ca.Function:
-    """All that `lanes` knows, of two numbers; a table, and its slope."""
+    """All that `lanes` knows, of two numbers; a table, and its slope; constants."""
     x, y = ca.SX.sym("x"), ca.SX.sym("y")
     one = [op for op in lanes.OPERATIONS if op in UNARY]
     both = [op for op in lanes.OPERATIONS if op not in UNARY]
     table = Table((0.0, 0.5, 2.0), (1.0, 3.0, 2.0))
     out = [ca.SX.unary(op, x) for op in one] + [ca.SX.binary(op, x, y) for op in both]
     out += [table(y), ca.jacobian(table(y), y)]
+    out += [ca.SX(value) for value in (1e-300, np.inf, -np.inf, np.nan)]
     return ca.Function("every_operation", [x, y], [ca.vertcat(*map(ca.densify, out))])
 
 
