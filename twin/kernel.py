@@ -23,7 +23,7 @@ from twin import compiled
 FloatArray = npt.NDArray[np.float64]
 Code = Callable[[], str]
 
-CHUNK = 512  # steps a call of the virtual machine's loop
+CHUNK = 256  # steps a call: of the virtual machine's loop, and of a simulation
 
 
 class Backend(Enum):
