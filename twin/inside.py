@@ -27,5 +27,5 @@ def _stress_Pa(pack: Pack, side: str, out: FloatArray) -> FloatArray:
     elastic = (getattr(pack.mechanics, f"{side}_{name}") for name in names)
     under = out[[COLUMN[f"{side}_under_{which}"] for which in ("least", "most")]]
     tangential = mechanics.tangential_stress_Pa(most * under, *elastic)
-    stress: FloatArray = np.sort(active_material_loss.HYDROSTATIC * tangential, axis=0)
-    return stress
+    one, other = active_material_loss.HYDROSTATIC * tangential
+    return np.stack([np.minimum(one, other), np.maximum(one, other)])
