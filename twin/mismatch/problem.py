@@ -12,6 +12,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 import numpy.typing as npt
 
+from twin.kernel import Backend
 from twin.lanes import LANES
 from twin.mismatch.bagged import stretches
 from twin.mismatch.channels import Whitening, channels
@@ -20,7 +21,7 @@ from twin.mismatch.hypothesis import Hypothesis, coordinate_of, value_of
 from twin.mismatch.left import beyond_cut_offs, left_V
 from twin.mismatch.noise import Whitener
 from twin.pack import Pack
-from twin.simulate import simulate_all
+from twin.simulate import DEFAULT_MESH, Run, run_all, solution_of
 from twin.solution import Solution
 
 FloatArray = npt.NDArray[np.float64]
@@ -175,15 +176,17 @@ class Problem:
 
     def _simulated(self, asked: Sequence[tuple[FloatArray, int]]) -> list[Solution | None]:
         """None where no cell has these values."""
-        packs: list[Pack | None] = []
-        for q, flight in asked:
-            try:
-                packs.append(self.pack(q, flight))
-            except ValueError:
-                packs.append(None)
-        own = zip(packs, asked, strict=True)
-        done = iter(simulate_all([(p, self.flights[k].load) for p, (_, k) in own if p]))
-        return [next(done) if p else None for p in packs]
+        runs = [self._run(q, flight) for q, flight in asked]
+        run_all(run for run in runs if run)
+        both = zip(runs, asked, strict=True)
+        return [solution_of(r, r.pack, self.flights[k].load) if r else None for r, (_, k) in both]
+
+    def _run(self, q: FloatArray, flight: int) -> Run | None:
+        try:
+            load = self.flights[flight].load
+            return Run(self.pack(q, flight), load, DEFAULT_MESH, Backend.AUTO, None)
+        except ValueError:
+            return None
 
     @property
     def _whiten(self) -> list[list[Whitener | Whitening]]:
