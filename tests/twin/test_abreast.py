@@ -9,7 +9,7 @@ import pytest
 from twin import compiled
 from twin.builtin import load_cell
 from twin.effects import OcvHysteresis, Sei, SelfHeating, WeakCell
-from twin.kernel import Backend
+from twin.kernel import CHUNK, Backend
 from twin.lanes import LANES
 from twin.load import Load
 from twin.pack import Pack
@@ -56,7 +56,7 @@ def test_each_gives_to_the_bit_what_it_gives_alone(cells: int) -> None:
 def test_one_with_fewer_steps_gets_so_many() -> None:
     short = asked(M50, gusty(3, seconds=5.0))
     whole, cut = steps_of([wild, short])
-    assert whole[1].shape[0] == T_S.size
+    assert whole[1].shape[0] == CHUNK
     assert cut[0].shape[0] == cut[1].shape[0] == 50
     assert np.array_equal(cut[1], alone(short)[1])
 
