@@ -1,4 +1,4 @@
-"""Vectors of directions, against CasADi's own code for the same."""
+"""Operations on vectors, and tangents along directions in them, against CasADi's own code."""
 
 from functools import partial
 
