@@ -69,18 +69,14 @@ class Model:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Shape:
-    """What an effect does to the whitened residuals of the fitted recordings.
+    """What an effect does to the whitened residuals of the fitted recordings, from one start.
 
     Attributes:
-        problem: of the effect alone.
-        slopes: (m, k) by its numbers, where a fit starts first.
-        columns: (m, c) the slopes at every start, and the whole change since the effect was absent.
-        low: (c,) least amount of each that the effect's bounds allow.
-        high: (c,) and largest.
+        columns: (m, 1 + k) the whole change since the effect was absent, and slopes by its numbers.
+        low: (1 + k,) least amount of each that the effect's bounds allow.
+        high: (1 + k,) and largest.
     """
 
-    problem: Problem
-    slopes: FloatArray
     columns: FloatArray
     low: FloatArray
     high: FloatArray
@@ -144,10 +140,11 @@ class _Looked:
     ) -> None:
         self._data, self._progress = data, progress
         self.done: dict[tuple[str, ...], Fitted] = {}
-        self._shapes: Mapping[str, Shape] = {}
+        self._alone: Mapping[str, Problem] = {}
         null = self._fitted(())
         self._hypotheses = [h for h in hypotheses if h.possible(null.problem.flights[0].pack)]
-        self._shapes = {h.id: shape_of(h, null, data) for h in self._hypotheses}
+        self._alone = {h.id: data.problems([h])[0] for h in self._hypotheses}
+        self._shapes = {name: shapes_of(own, null) for name, own in self._alone.items()}
 
     def alone(self, most: int | None, *, choosy: bool) -> None:
         """One effect each; all of them if those that may win leave much unsaid, or see AHEAD."""
@@ -187,7 +184,7 @@ class _Looked:
             self._progress(ids)
             ordered = sorted(chosen, key=lambda h: h.id)
             known = base.problem.values(base.q) if base else {}
-            problem = self._shapes[ids[0]].problem if len(ids) == 1 else None
+            problem = self._alone[ids[0]] if len(ids) == 1 else None
             self.done[ids] = fit(self._data, ordered, known, problem)
         return self.done[ids]
 
@@ -251,23 +248,24 @@ def judged(fits: Iterable[Fitted]) -> tuple[Model, ...]:
     return tuple(sorted(out, key=lambda m: -m.log_evidence))
 
 
-def shape_of(h: Hypothesis, null: Fitted, data: Data) -> Shape:
-    """Of one hypothesis, about the twin as configured."""
-    problem, own = data.problems([h])[0], len(h.fitted)
+def shapes_of(problem: Problem, null: Fitted) -> tuple[Shape, ...]:
+    """Of a problem's one hypothesis, about the twin as configured: one a start."""
     before = null.problem.evidence(np.zeros(null.problem.size)).residuals
-    columns, low, high = [], [], []
+    own, shapes = problem.size - len(problem.flights), []
     for start in problem.starts():
         there = problem.evidence(start)
-        columns += [(there.residuals - before)[:, None], there.slopes[:, :own]]
-        ends = [end[:own] - start[:own] for end in problem.bounds]
-        low += [0.0, *ends[0]]
-        high += [np.inf, *ends[1]]
-    return Shape(problem, columns[1], np.hstack(columns), np.array(low), np.array(high))
+        low, high = (end[:own] - start[:own] for end in problem.bounds)
+        columns = np.column_stack([there.residuals - before, there.slopes[:, :own]])
+        shapes.append(Shape(columns, np.append(0.0, low), np.append(np.inf, high)))
+    return tuple(shapes)
 
 
-def _promise(base: Fitted, h: Hypothesis, shape: Shape) -> Promise:
-    left = _squares(base) - _explained(base, shape)
-    columns = np.hstack([base.there.slopes, shape.slopes])
+def _promise(base: Fitted, h: Hypothesis, shapes: Sequence[Shape]) -> Promise:
+    """From the start that promises most: a fit begins at one, and cannot be at several."""
+    explained = [_explained(base, shape) for shape in shapes]
+    best = int(np.argmax(explained))
+    left = _squares(base) - explained[best]
+    columns = np.hstack([base.there.slopes, shapes[best].columns[:, 1:]])
     information = np.eye(columns.shape[1]) + columns.T @ columns
     return Promise(base, h, left, -0.5 * (left + float(np.linalg.slogdet(information)[1])))
 

@@ -5,6 +5,7 @@ Its cases by another simulator are in `tests/mismatch_cases`; how it does there 
 """
 
 import json
+from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -13,6 +14,7 @@ import pytest
 from tests.twin.mismatch.recordings import NOISE_V, flown, pack
 from twin.builtin import load_cell
 from twin.effects import (
+    ClockShift,
     ColdPack,
     CurrentGain,
     InitialSoc,
@@ -148,8 +150,8 @@ def test_an_effect_that_promises_little_is_fitted_still(
     """
     real = choose._promise
 
-    def stingy(base: Fitted, h: Hypothesis, shape: choose.Shape) -> choose.Promise:
-        own = real(base, h, shape)
+    def stingy(base: Fitted, h: Hypothesis, shapes: Sequence[choose.Shape]) -> choose.Promise:
+        own = real(base, h, shapes)
         if h.id != "self_heating":
             return own
         return replace(own, left=(1 - promised) * choose._squares(base), log_evidence=-np.inf)
@@ -177,6 +179,18 @@ def test_what_may_win_is_said_by_squares_also_where_tails_are_heavy() -> None:
     found = choose.models(split(flights[:1], flights[1:], slow_V=0.08), few)
     assert found[0].ids == ("self_heating",)
     assert ("electrolyte_transport",) in [m.ids for m in found]
+
+
+def test_an_effect_of_many_starts_promises_what_one_of_them_may_keep() -> None:
+    """No clock is early and late at once, though two shifts together would explain the voltage."""
+    shifts = [flown([ClockShift(shift_s=shift)], seed=1) for shift in (-2.5, 2.5)]
+    both = replace(shifts[0], voltage_V=np.mean([own.voltage_V for own in shifts], axis=0))
+    data = split([both], [both])
+    clock = next(h for h in HYPOTHESES if h.id == "clock_shift")
+    null, alone = fit(data, []), fit(data, [clock])
+    promise = choose._promise(null, clock, choose.shapes_of(data.problems([clock])[0], null))
+    possible = choose._squares(null) - choose._squares(alone)
+    assert choose._squares(null) - promise.left < (1.0 + choose.BENT_ALONE) * possible
 
 
 def _discharged(twin: Pack, truth: Pack, seed: int, rate: float) -> Flight:
