@@ -26,8 +26,8 @@ NOISE_KNOWN = 2.5
 """Relative deviation of a variance by the median of third differences, times the square root of the
 number of samples: with few of them the noise is not known well, nor an excess."""
 NOT_NOISE = 4.0
-"""Times the noise, held out: only what is left beyond can be the error of a cell that is not quite
-the right one. Nearer, what is left has to be noise."""
+"""Times the noise, held out: only what the best model leaves beyond can be the error of a cell that
+is not quite the right one. Nearer, what is left has to be noise."""
 CELL_V = 0.1
 """Of a cell: what may be left in that case. Calibrated twins miss 10 to 80 mV of tests that they
 have not seen (`benchmarks/calibration_real.py`); more is not explained."""
@@ -79,7 +79,7 @@ def decide(
     if not enough and not white(best.fitted):
         models = [m for m in models if m.ids and nearly(m.fitted, null.fitted, noise_V)]
         within = [m for m in models if set(m.ids) <= set(best.ids)]
-        if not within:
+        if not within or best.fitted.held_out_rms_V() < NOT_NOISE * noise_V:
             return Decision(verdict=Verdict.UNKNOWN, model=null, effects=())
         best = min(within, key=lambda m: len(m.ids))
     numbers = _numbers(best.fitted, scale)
@@ -176,11 +176,11 @@ def white(fitted: Fitted) -> bool:
 
 
 def nearly(fitted: Fitted, null: Fitted, noise_V: float) -> bool:
-    """Little is left on what was not fitted, see NEARLY_ALL, and more than noise could hide."""
+    """Little is left on what was not fitted, see NEARLY_ALL."""
     left_V, share = fitted.held_out_rms_V(), NEARLY_ALL / len(fitted.ids)
     little = left_V**2 - noise_V**2 < share * (null.held_out_rms_V() ** 2 - noise_V**2)
     most_V = max(CELL_V * _series(fitted), OWN_ERROR * fitted.judge.own_V)
-    return little and NOT_NOISE * noise_V < left_V < most_V
+    return little and left_V < most_V
 
 
 def candidates(models: Sequence[Model]) -> tuple[Candidate, ...]:

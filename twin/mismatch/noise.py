@@ -40,6 +40,7 @@ class Noise:
         slow_V: of the twin's own error.
         slow_s: time over which that forgets.
         along_V: of that in proportion to the current, where it is as large as its rms.
+        along_s: time over which that forgets.
         heavy_tailed: the twin errs by far more in a few samples than in all others, see `tamed`.
         together_s: samples over so long are taken as one, their mean; 0: each by itself.
     """
@@ -48,6 +49,7 @@ class Noise:
     slow_V: float
     slow_s: float
     along_V: float = 0.0
+    along_s: float = 1.0
     heavy_tailed: bool = False
     together_s: float = 0.0
 
@@ -180,7 +182,7 @@ def whitener(
     dt = np.diff(t)
     wanders = [
         _wanders(np.ones(size), dt, noise.slow_s, noise.slow_V),
-        _wanders(drive, dt, noise.slow_s, noise.along_V),
+        _wanders(drive, dt, noise.along_s, noise.along_V),
     ]
     if between is not None and size:
         walk, quick = (means_from(v[at], first) for v in (between.walk_V, between.quick_V))

@@ -14,8 +14,12 @@ from twin.mismatch.unseen import unseen
 from twin.pack import Pack
 from twin.simulate import simulate
 
-SLOW_V = 3e-4  # a cell: error of the twin against converged solutions, tests/reference
-SLOW_S = 20.0
+SLOW_V, SLOW_S = 3e-4, 20.0
+"""A cell: error of the twin against converged solutions (tests/reference), and its memory."""
+ALONG_V, ALL_ALONG_S = 2e-4, 1e5
+"""A cell: what of that follows the current, and does not forget. 22 flights of nine LiPo packs by
+another solver were 0.06 to 0.18 mV a cell off, rms: a resistance that dropped 0.09 to 0.22 mV, an
+offset that stayed, and 0.02 to 0.05 mV else."""
 STATED_S = 200.0
 """Over which the stated error of a calibrated twin forgets. It is one of equilibria and losses that
 follow the charge: in slow discharges of two cells it fell to 1/e in 195 to 1080 s; the shortest."""
@@ -90,13 +94,20 @@ def noise_of(flight: Flight, slow_V: float | None) -> Noise:
     half = np.count_nonzero(flight.judged) / 2
     longer = before if np.count_nonzero(flight.judged[:n]) >= half else ~before
     told = replace(flight, judged=flight.judged & longer)
+    white = _white_V(told, residual_V) or LEAST_V
+    if slow_V is None:
+        slow_V, along_V = SLOW_V * flight.pack.series, ALONG_V * flight.pack.series
+        return Noise(
+            white_V=white, slow_V=slow_V, slow_s=SLOW_S, along_V=along_V, along_s=ALL_ALONG_S
+        )
     return Noise(
-        white_V=_white_V(told, residual_V) or LEAST_V,
-        slow_V=SLOW_V * flight.pack.series if slow_V is None else slow_V * sqrt(1 - ALONG),
-        slow_s=SLOW_S if slow_V is None else STATED_S,
-        along_V=0.0 if slow_V is None else slow_V * sqrt(ALONG),
-        heavy_tailed=slow_V is not None,
-        together_s=0.0 if slow_V is None else TOGETHER_S,
+        white_V=white,
+        slow_V=slow_V * sqrt(1 - ALONG),
+        slow_s=STATED_S,
+        along_V=slow_V * sqrt(ALONG),
+        along_s=STATED_S,
+        heavy_tailed=True,
+        together_s=TOGETHER_S,
     )
 
 

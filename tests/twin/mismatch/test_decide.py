@@ -160,6 +160,16 @@ def test_what_leaves_more_than_little_does_not_look_like_what_is_named_for_leavi
     assert effect.probability == pytest.approx(0.8)
 
 
+@pytest.mark.parametrize(("best_V", "verdict"), [(0.025, "unknown"), (0.036, "named")])
+def test_what_is_left_near_the_noise_is_no_other_cell(best_V: float, verdict: str) -> None:
+    """Of 388 mV one effect leaves 40, and in vain if two leave hardly more than noise of 8.7."""
+    null = model(Fit((), 0.158, 0.388, excess=500.0), -90.0, 0.0)
+    pair = model(Fit(("diffusion", "gain"), 0.03, best_V, excess=180.0), 0.0, 0.9)
+    gain = model(_with_effect("gain", 0.040), -4.0, 0.1)
+    found = decide([pair, gain, null], 1.0, 0.0087, stated_V=0.0)
+    assert found.verdict.value == verdict
+
+
 @pytest.mark.parametrize(
     ("others", "share", "verdict"),
     [(3, 0.2, Verdict.NAMED), (5, 0.12, Verdict.AMBIGUOUS), (5, 0.08, Verdict.NAMED)],

@@ -95,7 +95,7 @@ def test_uneven_samples_are_freed_as_even_ones(
     random: np.random.Generator, along_V: float, walks: float
 ) -> None:
     """Covariance of the process at any times and currents, by its Cholesky factor: exact."""
-    noise = Noise(white_V=2e-3, slow_V=20e-3, slow_s=200.0, along_V=along_V)
+    noise = Noise(white_V=2e-3, slow_V=20e-3, slow_s=200.0, along_V=along_V, along_s=500.0)
     time_s = np.cumsum(random.choice([0.5, 5.0, 60.0, 600.0], 70)).astype(np.float64)
     judged = np.arange(70) >= 10  # the charge is off by what was drawn before, too
     current_A = random.normal(10.0, 20.0, 70)
@@ -107,10 +107,11 @@ def test_uneven_samples_are_freed_as_even_ones(
     t, current = time_s[judged], current_A[judged]
     walk, quick = between.walk_V[judged], between.quick_V[judged]
     drive = current / np.sqrt(np.mean(current**2))
-    covariance = noise.slow_V**2 + along_V**2 * drive[:, None] * drive
-    covariance *= np.exp(-np.abs(t[:, None] - t) / noise.slow_s)
+    apart_s = np.abs(t[:, None] - t)
+    covariance = noise.slow_V**2 * np.exp(-apart_s / noise.slow_s)
+    covariance += along_V**2 * drive[:, None] * drive * np.exp(-apart_s / noise.along_s)
     covariance += walk[:, None] * walk * (np.minimum(t[:, None], t) - time_s[0])
-    covariance += quick[:, None] * quick * np.exp(-np.abs(t[:, None] - t) / between.quick_s)
+    covariance += quick[:, None] * quick * np.exp(-apart_s / between.quick_s)
     covariance += noise.white_V**2 * np.eye(t.size)
     root = np.zeros((70, t.size))
     root[judged] = np.linalg.cholesky(covariance).astype(np.float64)

@@ -10,7 +10,7 @@ from twin.effects import SeriesResistance
 from twin.load import Load
 from twin.mismatch import Flight, MismatchError
 from twin.mismatch.left import beyond_cut_offs, left_V
-from twin.mismatch.split import noise_of, split
+from twin.mismatch.split import ALONG_V, noise_of, split
 from twin.simulate import simulate
 from twin.solution import Status
 
@@ -32,6 +32,16 @@ def test_the_noise_of_a_short_recording_is_that_of_all_of_it() -> None:
     data = split([at_1_hz(54)], [])
     fitted, ahead = (whiten.noise.white_V for _, whiten in (*data.fitted, *data.held_out))
     assert fitted == ahead == pytest.approx(NOISE_V, rel=0.3)
+
+
+@pytest.mark.parametrize("share", [0.5, 1.0])
+def test_a_resistance_within_the_error_of_numerics_is_no_evidence(share: float) -> None:
+    """However long it is recorded: else 0.8 mV in 1201 samples would be 5.3 squares."""
+    flight = flown(seed=1, noise_V=1e-3)
+    current_A = flight.load.current_A
+    drop_V = share * ALONG_V * pack().series * current_A / np.sqrt(np.mean(current_A**2))
+    (_, whiten), *_ = split([flight], [flight]).fitted
+    assert np.sum(whiten(drop_V[:, None]) ** 2) <= share**2
 
 
 def test_a_twin_that_is_empty_at_once_leaves_the_noise_that_is_there() -> None:
