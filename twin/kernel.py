@@ -7,6 +7,7 @@ over it: what is carried goes from step to step, `each` changes from step to ste
 import ctypes
 import re
 import subprocess
+import warnings
 from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
@@ -23,6 +24,11 @@ from twin import compiled
 FloatArray = npt.NDArray[np.float64]
 Code = Callable[[], str]
 
+UNCOMPILED = (
+    "no compiled equations ({why}): CasADi's virtual machine gives the same numbers, ten times "
+    "slower; see that the compiler works, and set DRONE_BATTERY_HEALTH_CACHE to a folder that can "
+    "be written"
+)
 CHUNK = 256  # steps a call: of the virtual machine's loop, and of a simulation
 
 
@@ -87,8 +93,9 @@ def begun(
     def made() -> Kernel:
         try:
             return CompiledLoop(library.result(), function)
-        except (OSError, subprocess.SubprocessError):
-            return VirtualLoop(virtual)  # read-only home, full disk: the same numbers, slower
+        except (OSError, subprocess.SubprocessError) as e:  # read-only home, full disk, no headers
+            warnings.warn(UNCOMPILED.format(why=e), RuntimeWarning, stacklevel=2)
+            return VirtualLoop(virtual)
 
     return made
 

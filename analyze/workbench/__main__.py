@@ -1,5 +1,6 @@
 """`twin`: the workbench of the electrochemical twin."""
 
+import warnings
 from collections.abc import Mapping
 from importlib import import_module
 from os import environ
@@ -30,6 +31,7 @@ other took half of two cores in `twin prove`, and a fifth of the work of `twin c
 @click.version_option(package_name="drone-battery-health", prog_name="twin")
 def main() -> None:
     """Simulate a battery pack with the P2D twin."""
+    warnings.formatwarning = lambda message, *_, **__: f"warning  {message}\n"
 
 
 @main.command()

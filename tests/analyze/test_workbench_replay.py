@@ -4,6 +4,8 @@ import csv
 import json
 import os
 import signal
+import subprocess
+import sys
 from pathlib import Path
 
 import numpy as np
@@ -14,8 +16,10 @@ from click.testing import CliRunner, Result
 from analyze.__main__ import main as analyse
 from analyze.workbench.__main__ import main
 from tests.analyze.workbench_inputs import PACK, put_load
+from twin.compiled import compiler
 
-SAMPLES = Path(__file__).parents[2] / "sample_logs"
+ROOT = Path(__file__).parents[2]
+SAMPLES = ROOT / "sample_logs"
 FILES = {"replay.csv", "replay.parquet", "replay.svg", "summary.csv"}
 
 
@@ -220,3 +224,16 @@ def test_the_cases_before_an_interrupt_are_written(
     assert result.exit_code == 130
     assert "2 of 4 cases are done" in result.output
     assert [r["case"] for r in table(tmp_path, "summary.csv")] == ["0 °C", "10 °C"]
+
+
+@pytest.mark.skipif(compiler() is None, reason="no C compiler: nothing to miss")
+def test_what_makes_it_slow_is_said_in_plain_words(tmp_path: Path) -> None:
+    (tmp_path / "pack.toml").write_text(PACK, encoding="utf-8")
+    file = put_load(tmp_path, seconds=5.0, current_A=1.0)
+    command = [sys.executable, "-m", "analyze.workbench", "replay", file]
+    command += ["--pack", str(tmp_path / "pack.toml"), "--out", str(tmp_path / "out")]
+    nowhere = os.environ | {"DRONE_BATTERY_HEALTH_CACHE": str(tmp_path / "pack.toml")}
+    done = subprocess.run(command, env=nowhere, cwd=ROOT, capture_output=True, text=True)
+    assert done.returncode == 0, done.stderr
+    assert done.stderr.splitlines()[0].startswith("warning  no compiled equations (")
+    assert "RuntimeWarning" not in done.stderr

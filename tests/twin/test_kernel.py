@@ -119,13 +119,31 @@ def test_without_a_compiler_the_virtual_machine_serves(monkeypatch: pytest.Monke
 
 
 @needs_compiler
-def test_an_unwritable_cache_is_no_obstacle(
+def test_an_unwritable_cache_is_no_obstacle_but_said(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     blocked = tmp_path / "file"
     blocked.write_text("not a folder")
     monkeypatch.setenv("DRONE_BATTERY_HEALTH_CACHE", str(blocked))
-    assert first(kernel(adding(5.0)), 1.0) == 5.0
+    with pytest.warns(
+        RuntimeWarning, match=f"no compiled equations .*{blocked}.* ten times slower"
+    ):
+        loop = kernel(adding(5.0))
+    assert first(loop, 1.0) == 5.0
+
+
+@pytest.mark.usefixtures("own_cache")
+def test_a_compiler_that_fails_is_no_obstacle_but_said(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    broken = tmp_path / "cc"
+    broken.write_text('#!/bin/sh\n[ "$1" = --version ]\n')
+    broken.chmod(0o755)
+    found = compiled.Compiler(str(broken), "broken")
+    monkeypatch.setattr(compiled, "compiler", lambda: found)
+    with pytest.warns(RuntimeWarning, match="no compiled equations .*exit status 1"):
+        loop = kernel(adding(5.0))
+    assert first(loop, 1.0) == 5.0
 
 
 def test_the_cache_is_where_the_user_wants_it(monkeypatch: pytest.MonkeyPatch) -> None:
