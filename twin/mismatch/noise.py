@@ -12,7 +12,7 @@ forgets as they do (Anderson, Moore, Optimal Filtering, 1979, chapter 4).
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from math import hypot, sqrt
 
 import numpy as np
@@ -65,13 +65,24 @@ class Unseen:
 
     Attributes:
         walk_V: (n,) by what the charge is off after a second; it grows as a random walk does.
+        walk_s: (n,) for how long it has walked.
         quick_V: (n,) by what surfaces answer beyond that.
         quick_s: time over which they forget.
+        paused_V: (n,) by what they answer after pauses of the logger.
+        paused_s: (n,) for how long they have forgotten that, the time over which they do being 1 s.
     """
 
     walk_V: FloatArray
+    walk_s: FloatArray
     quick_V: FloatArray
     quick_s: float
+    paused_V: FloatArray
+    paused_s: FloatArray
+
+    def at(self, where: FloatArray, own: FloatArray) -> "Unseen":
+        """At other places (m,) than its `own` (n,), along straight lines."""
+        names = ("walk_V", "walk_s", "quick_V", "paused_V", "paused_s")
+        return replace(self, **{k: np.interp(where, own, getattr(self, k)) for k in names})
 
 
 def white_V(residual_V: FloatArray, current_A: FloatArray, period_s: float) -> float | None:
@@ -185,10 +196,13 @@ def whitener(
         _wanders(drive, dt, noise.along_s, noise.along_V),
     ]
     if between is not None and size:
-        walk, quick = (means_from(v[at], first) for v in (between.walk_V, between.quick_V))
+        kinds = between.walk_V, between.quick_V, between.paused_V
+        walk, quick, paused = (means_from(v[at], first) for v in kinds)
+        walk_s, paused_s = (v[at][first] for v in (between.walk_s, between.paused_s))
         wanders += [
-            _State(walk, float(t[0] - time_s[0]), np.ones(dt.size), dt),
+            _State(walk, float(walk_s[0]), np.ones(dt.size), np.diff(walk_s)),
             _wanders(quick, dt, between.quick_s, 1.0),
+            _wanders(paused, np.diff(paused_s), 1.0, 1.0),
         ]
     states = [s for s in wanders if s.drive.any() and (s.begun or s.added.any())]
     white = noise.white_V**2 / np.diff(np.append(first, at.size))

@@ -121,11 +121,7 @@ def _whitener(flight: Flight, noise: Noise, pack: Pack | None = None) -> Whitene
     own = flight.recorded_load
     between = unseen(pack or flight.pack, own)
     if between is not None and flight.recorded is not None:
-        between = replace(
-            between,
-            walk_V=np.interp(flight.time_s, own.time_s, between.walk_V),
-            quick_V=np.interp(flight.time_s, own.time_s, between.quick_V),
-        )
+        between = between.at(flight.time_s, own.time_s)
     return whitener(flight.time_s, flight.judged, noise, flight.load.current_A, between)
 
 

@@ -4,9 +4,11 @@ Between two samples of a current that never rests the straight line has another 
 current. The errors of the intervals are as good as independent, so that the charge drawn so far is
 off by a random walk: nothing in mid discharge, and the first of all errors where a cell is nearly
 empty and its voltage falls as from a cliff. And until a particle has spread what it gave, its
-surface answers by more: that is forgotten within seconds.
+surface answers by more: that is forgotten within seconds. Where the logger paused, whole gusts are
+missed (`pauses`): the walk leaps, and what follows is forgotten more slowly.
 """
 
+from collections.abc import Sequence
 from dataclasses import replace
 from math import log, sqrt
 
@@ -16,6 +18,7 @@ from twin.load import Between, Load
 from twin.mismatch.flight import FloatArray
 from twin.mismatch.left import beyond_cut_offs
 from twin.mismatch.noise import Unseen
+from twin.mismatch.pauses import Pause, filled, pauses
 from twin.pack import Pack
 from twin.simulate import simulate, simulate_all
 
@@ -27,6 +30,9 @@ UNEVEN = 10.0
 current changed, and a straight line between them is right; loggers are late by less."""
 AS_LARGE = 5  # samples in turn, over which that is averaged
 KEPT = (0.01, 0.99)  # of it from one sample to the next, least and most
+WAYS = 12  # in which a current may have flowed where the logger paused
+MOST_KEPT = 0.9999  # of what follows a pause, likewise
+LONG_AGO = 50.0  # times what it takes to forget: a pause begins anew
 
 
 def unseen(pack: Pack, load: Load) -> Unseen | None:
@@ -53,12 +59,46 @@ def unseen(pack: Pack, load: Load) -> Unseen | None:
     size_V = np.sqrt(np.maximum(squares, np.finfo(float).tiny))
     follows = np.mean(quick_V[:, 1:] * quick_V[:, :-1], axis=0) / (size_V[1:] * size_V[:-1])
     kept = min(max(float(np.mean(follows)), KEPT[0]), KEPT[1])
-    rest = load.time_s.size - per_C.size
+    holes, n = pauses(load), load.time_s.size
+    per_C = np.append(per_C, np.full(n - per_C.size, per_C[-1]))
+    paused_V, forgets_s = _after(holes, wide, load, as_is_V, per_C)
+    walk_s, paused_s = load.time_s - load.time_s[0], load.time_s / forgets_s
+    for hole in holes:
+        walk_s[hole.after + 1 :] += float(np.mean(hole.off_C(load) ** 2)) / off_C**2
+        paused_s[hole.after + 1 :] += LONG_AGO
     return Unseen(
-        walk_V=off_C * np.append(per_C, np.full(rest, per_C[-1])),
-        quick_V=np.append(size_V, np.full(rest, size_V[-1])),
+        walk_V=off_C * per_C,
+        walk_s=walk_s,
+        quick_V=np.append(size_V, np.full(n - size_V.size, size_V[-1])),
         quick_s=float(np.median(dt)) / -log(kept),
+        paused_V=paused_V,
+        paused_s=paused_s,
     )
+
+
+def _after(
+    holes: Sequence[Pause], pack: Pack, load: Load, as_is_V: FloatArray, per_C: FloatArray
+) -> tuple[FloatArray, float]:
+    """(n,) by what surfaces may answer after pauses [V], and over what time they forget it [s]."""
+    n, out = as_is_V.size, np.zeros(load.time_s.size)
+    if not holes:
+        return out, 1.0
+    random = np.random.default_rng(0)
+    ways = [filled(load, holes, random) for _ in range(WAYS)]
+    done = simulate_all([(pack, way) for way, _ in ways])
+    answers_V = np.zeros((WAYS, n))
+    for own_V, (way, at), solution in zip(answers_V, ways, done, strict=True):
+        m = min(n, int(np.searchsorted(at, solution.voltage_V.size)))
+        walked_C = way.drawn_C()[at[:m]] - load.drawn_C()[:m]
+        own_V[:m] = solution.voltage_V[at[:m]] - as_is_V[:m] + walked_C * per_C[:m]
+    squares = np.mean(answers_V**2, axis=0)
+    out[:n] = np.sqrt(squares)
+    inside = np.ones(n - 1, dtype=bool)
+    inside[[h.after for h in holes if h.after < n - 1]] = False
+    follows = np.sum(np.mean(answers_V[:, 1:] * answers_V[:, :-1], axis=0)[inside])
+    follows /= np.sum(np.sqrt(squares[1:] * squares[:-1])[inside])
+    kept = min(max(float(follows), KEPT[0]), MOST_KEPT)
+    return out, float(np.median(np.diff(load.time_s))) / -log(kept)
 
 
 def walk_C(load: Load) -> float:

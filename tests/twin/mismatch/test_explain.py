@@ -327,6 +327,23 @@ def test_gaps_and_a_slow_logger_still_give_a_verdict() -> None:
     assert "current_gain" in {e for n in finding.effects for e in (n.id, *n.equivalent)}
 
 
+def test_pauses_of_the_logger_hide_no_effect() -> None:
+    """What flowed in 7 and 12 s that were not recorded is no physics."""
+
+    def paused(seed: int) -> Flight:
+        own = flown([SeriesResistance(resistance_ohm=0.02)], seed=seed)
+        t = own.time_s
+        kept = ~(((t > 30.0) & (t < 37.0)) | ((t > 70.0) & (t < 82.0)))
+        load = replace(own.load, time_s=t[kept], current_A=own.load.current_A[kept])
+        rest = {k: getattr(own, k)[kept] for k in ("voltage_V", "judged", "motion")}
+        return replace(own, load=load, **rest)
+
+    finding = explain([paused(1)], [paused(2)], hypotheses=FEW)
+    assert (finding.verdict, finding.effects[0].id) == (Verdict.NAMED, "series_resistance")
+    (found,) = finding.effects[0].parameters
+    assert found.value == pytest.approx(0.02, rel=0.02)  # noise of the current makes it smaller
+
+
 def test_slopes_agree_with_the_exact_ones() -> None:
     """Of a resistance: differences of the engine against `sensitivity`, per cell of four."""
     own = flown(seed=1, seconds=20.0)

@@ -99,10 +99,14 @@ def test_uneven_samples_are_freed_as_even_ones(
     time_s = np.cumsum(random.choice([0.5, 5.0, 60.0, 600.0], 70)).astype(np.float64)
     judged = np.arange(70) >= 10  # the charge is off by what was drawn before, too
     current_A = random.normal(10.0, 20.0, 70)
+    rested = np.cumsum(random.choice([0.0, 0.0, 100.0], 70))  # pauses: far walks, all forgotten
     between = Unseen(
         walk_V=walks * random.normal(0.0, 1e-3, 70),
+        walk_s=time_s - time_s[0] + rested,
         quick_V=walks * random.uniform(0.0, 20e-3, 70),
         quick_s=3.0,
+        paused_V=walks * random.uniform(0.0, 20e-3, 70),
+        paused_s=time_s / 40.0 + rested,
     )
     t, current = time_s[judged], current_A[judged]
     walk, quick = between.walk_V[judged], between.quick_V[judged]
@@ -110,7 +114,10 @@ def test_uneven_samples_are_freed_as_even_ones(
     apart_s = np.abs(t[:, None] - t)
     covariance = noise.slow_V**2 * np.exp(-apart_s / noise.slow_s)
     covariance += along_V**2 * drive[:, None] * drive * np.exp(-apart_s / noise.along_s)
-    covariance += walk[:, None] * walk * (np.minimum(t[:, None], t) - time_s[0])
+    walk_s, paused_s = between.walk_s[judged], between.paused_s[judged]
+    covariance += walk[:, None] * walk * np.minimum(walk_s[:, None], walk_s)
+    paused = between.paused_V[judged]
+    covariance += paused[:, None] * paused * np.exp(-np.abs(paused_s[:, None] - paused_s))
     covariance += quick[:, None] * quick * np.exp(-apart_s / between.quick_s)
     covariance += noise.white_V**2 * np.eye(t.size)
     root = np.zeros((70, t.size))

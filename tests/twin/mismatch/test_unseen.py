@@ -98,6 +98,31 @@ def test_thinned_currents_miss_the_end_of_a_discharge_by_what_is_said() -> None:
     assert 0.3 < np.mean(ends) < 3.0
 
 
+def test_what_follows_a_pause_of_the_logger_is_off_by_what_is_said() -> None:
+    """Flights at 10 Hz with two pauses: the first 10 s after each, 2 mV of noise. It leaps, falls
+    within seconds and stays, as gusts before and after a pause do."""
+    after, before = [], []
+    for seed in range(8):
+        whole = flight(2.2, mean=8.0, peak=16.0, duration_s=120.0, seed=seed)
+        true = simulate(pack(), Load(time_s=whole.time_s, current_A=whole.current_A))
+        t = true.time_s
+        kept = ~(((t > 30.0) & (t < 37.0)) | ((t > 70.0) & (t < 82.0)))
+        seen = Load(time_s=t[kept], current_A=whole.current_A[: t.size][kept])
+        off_V = true.voltage_V[kept] - simulate(pack(), seen).voltage_V
+        between = unseen(pack(), seen)
+        assert between is not None
+        freed = whitener(
+            seen.time_s, np.ones(seen.time_s.size, dtype=bool),
+            Noise(white_V=2e-3, slow_V=0.0, slow_s=1.0), between=between,
+        )(off_V[:, None])[:, 0]  # fmt: skip
+        for end_s in (37.0, 82.0):
+            at = (seen.time_s >= end_s) & (seen.time_s < end_s + 10.0)
+            after.append(np.mean(freed[at] ** 2))
+            before.append(np.mean((off_V[at] / 2e-3) ** 2))
+    assert np.mean(before) > 20.0
+    assert np.mean(after) < 1.0
+
+
 def test_a_pack_that_is_empty_on_the_way_moves_as_at_its_end_from_there() -> None:
     time_s = np.arange(0.0, 60.0, 0.2)
     load = Load(time_s=time_s, current_A=np.random.default_rng(1).normal(20.0, 5.0, time_s.size))
