@@ -1,6 +1,6 @@
 """`explain`: recordings and a twin -> `Finding`."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -16,6 +16,7 @@ from twin.mismatch.hypothesis import HYPOTHESES, Hypothesis
 from twin.mismatch.locate import Answer, drivers, shared, spans, terms
 from twin.mismatch.noise import Whitener
 from twin.mismatch.parts import parts
+from twin.mismatch.pauses import pauses
 from twin.mismatch.problem import START_SOC
 from twin.mismatch.split import sharpened, split
 from twin.simulate import simulate
@@ -77,8 +78,25 @@ def explain(  # noqa: PLR0913
         candidates=candidates(found),
         advice=_advice(decision, data.noise_V),
         courses=_courses(data, best),
-        remarks=(*remarks, *(_starts(null.fitted) if decision.verdict is Verdict.NONE else ())),
+        remarks=(
+            *remarks,
+            *(_starts(null.fitted) if decision.verdict is Verdict.NONE else ()),
+            *_paused((*fitted, *held_out)),
+        ),
     )
+
+
+def _paused(flights: Sequence[Flight]) -> Iterator[str]:
+    """Of recordings in which the logger paused, what that leaves open."""
+    for flight in flights:
+        load = flight.recorded_load
+        if holes := pauses(load):
+            off_C = np.sqrt(sum(np.mean(hole.off_C(load) ** 2) for hole in holes))
+            yield (
+                f"{flight.name}: pauses of the logger: {len(holes)}, "
+                f"{sum(hole.length_s for hole in holes):.0f} s in all; by what flowed in stretches "
+                f"as long, the charge drawn may be {off_C:.2g} C off, and that counts as noise"
+            )
 
 
 def _starts(null: Fitted) -> tuple[str, ...]:
