@@ -61,6 +61,7 @@ def assemble(
         quality.scale_warning(slope, cells.series, pack.capacity_C, current.source),
         quality.coulomb_warning(ratio, current.source),
         quality.gap_warning(t[flying], current.source),
+        quality.saturation_warning(current.values[flying], current.source),
         _capacity_warning(pack),
         _simulation_warning(log),
         _unknown_vehicle(log),

@@ -3,6 +3,7 @@
 from dataclasses import dataclass
 
 import numpy as np
+import numpy.typing as npt
 
 from flightlogs.errors import LogWarning
 from flightlogs.log import Channel, FloatArray, Interval
@@ -29,7 +30,10 @@ CLIMB_ERROR_M = 5.0  # 1 m/s over the window: no barometer in propeller wash is 
 CLIMB_ERROR_SHARE = (
     0.1  # of the time; a crash at the end reaches half of it, a diverging filter 3 times
 )
+BoolArray = npt.NDArray[np.bool_]
 USUAL_STEPS = 2.5  # a longer step between samples is a gap
+PLATEAU = 3  # equal samples in turn at the top
+STANDS_STILL = 0.2  # of the steps of strong currents: then equal samples are no plateau
 
 
 @dataclass(frozen=True, slots=True)
@@ -165,6 +169,36 @@ def gap_warning(time_s: FloatArray, where: str) -> LogWarning | None:
         "gaps_in_current",
         f"{long.size} gaps in the current, {long.sum():.1f} s in all, the longest {long.max():.1f} "
         f"s (usual step {usual:.2f} s): the charge in them is not measured",
+        where,
+    )
+
+
+def plateau(size_A: FloatArray) -> BoolArray:
+    """(n,) samples that are equal and the largest, where a sensor came to the end of its range.
+
+    It counts only where strong currents elsewhere do not stand still.
+    """
+    none = np.zeros(size_A.size, dtype=bool)
+    top = float(np.nanmax(size_A)) if np.any(np.isfinite(size_A)) else 0.0
+    if top <= 0:
+        return none
+    at_top = size_A >= top * (1 - 1e-6)
+    inside = np.concatenate([[False], at_top, [False]]).astype(int)
+    starts, stops = np.flatnonzero(np.diff(inside) == 1), np.flatnonzero(np.diff(inside) == -1)
+    strong = (size_A[:-1] > 0.5 * top) & ~at_top[:-1]
+    still = np.mean(np.diff(size_A)[strong] == 0) if np.any(strong) else 1.0
+    return none if np.max(stops - starts) < PLATEAU or still > STANDS_STILL else at_top
+
+
+def saturation_warning(current_A: FloatArray, where: str) -> LogWarning | None:
+    """Samples (n,) that stand at the largest current, see `plateau`."""
+    count = int(np.count_nonzero(plateau(current_A)))
+    if not count:
+        return None
+    return LogWarning(
+        "current_saturated",
+        f"{count} samples stand at {np.nanmax(current_A):.1f} A, the most that the current sensor "
+        "shows: more may have flowed there, and neither charge nor damage counts it",
         where,
     )
 

@@ -6,6 +6,7 @@ from typing import BinaryIO
 import numpy as np
 import numpy.typing as npt
 
+from flightlogs import quality
 from flightlogs.errors import LogDamaged, LogError, LogWarning
 from flightlogs.log import FloatArray, check_increasing, frozen_array
 from flightlogs.sensor_table import read_table
@@ -15,8 +16,6 @@ ABSURD_A = 1000.0
 RAIL_A = 100.0
 """End of the module's range."""
 RAIL_TOLERANCE_A = 1.0
-PLATEAU = 3
-"""Equal samples in a row at the very top that make a rail of a sensor with another range."""
 JUMP_S = 3600.0
 """A longer pause is another session, or the clock being set."""
 GAP_STEPS = 2.5
@@ -194,24 +193,12 @@ def keep_one_clock(time_s: FloatArray) -> tuple[BoolArray, int, int, int, int]:
 
 
 def saturated(current_A: FloatArray) -> BoolArray:
-    """(n,) samples at a rail: that of the module, or a plateau of equal samples at the top.
-
-    A plateau counts only where strong currents elsewhere do not stand still.
-    """
+    """(n,) samples at a rail: that of the module, or a plateau at the top."""
     size = np.abs(current_A)
     top = float(np.nanmax(size)) if np.any(np.isfinite(size)) else 0.0
     if abs(top - RAIL_A) <= RAIL_TOLERANCE_A:
         return np.asarray(size >= RAIL_A - RAIL_TOLERANCE_A)
-    if top <= 0:
-        return np.zeros(len(size), dtype=bool)
-    at_top = size >= top * (1 - 1e-6)
-    inside = np.concatenate([[False], at_top, [False]]).astype(int)
-    starts, stops = np.flatnonzero(np.diff(inside) == 1), np.flatnonzero(np.diff(inside) == -1)
-    strong = (size[:-1] > 0.5 * top) & ~at_top[:-1]
-    still = np.mean(np.diff(size)[strong] == 0) if np.any(strong) else 1.0
-    if not starts.size or np.max(stops - starts) < PLATEAU or still > 0.2:
-        return np.zeros(len(size), dtype=bool)
-    return np.asarray(at_top)
+    return quality.plateau(size)
 
 
 def told(counts: SensorCounts, name: str) -> tuple[LogWarning, ...]:

@@ -20,6 +20,7 @@ from analyze.pipeline import Source, read_flight
 from analyze.replaying import judged_of, load_of
 from analyze.start import pack_of, pack_use
 from flightlogs.errors import LogError
+from flightlogs.quality import saturation_warning
 from reports.flight import PackUse
 from reports.quantity import ampere_hours, celsius, fixed
 from segment import Segment, cut
@@ -140,7 +141,7 @@ def _of_csv(ask: Ask, choice: PackChoice) -> Drawn:
     table = _without(table, ask.concealed)
     cell, remarks = cell_of(choice.cell)
     use = pack_use(None, choice.file, cell, builtin=isinstance(choice.cell, str), table=table)
-    n = table.time_s.size
+    n, saturated = table.time_s.size, saturation_warning(table.current_A, name)
     return Drawn(
         name=name,
         load=table.load(between=Between(ask.between), ambient_K=use.ambient_K),
@@ -148,7 +149,7 @@ def _of_csv(ask: Ask, choice: PackChoice) -> Drawn:
         judged=np.ones(n, dtype=bool),
         pack=pack_of(use, cell),
         use=use,
-        doubts=(*table.remarks, *remarks),
+        doubts=(*table.remarks, *([saturated.message] if saturated else []), *remarks),
         temperature_K=table.temperature_K,
         cell_voltage_V=table.cell_voltage_V,
     )

@@ -205,6 +205,17 @@ def test_a_file_in_place_of_the_folder_is_wrong_use(tmp_path: Path) -> None:
     assert "cannot be made" in result.output
 
 
+def test_a_current_that_saturates_is_doubtful(tmp_path: Path) -> None:
+    lively_A = np.minimum(np.random.default_rng(1).normal(10.0, 3.0, 60), 11.0)
+    rows = "".join(f"{t},{i}\n" for t, i in enumerate(lively_A.tolist()))
+    result = call(tmp_path, load(tmp_path, f"time_s,current_A\n{rows}"))
+    assert result.exit_code == 0, result.output
+    count = int(np.sum(lively_A == 11.0))
+    assert f"doubtful {count} samples stand at 11.0 A, the most that the current" in result.output
+    steady = call(tmp_path, put_load(tmp_path, seconds=5.0, current_A=1.0))
+    assert "samples stand at" not in steady.output
+
+
 def test_the_cases_before_an_interrupt_are_written(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -175,6 +175,19 @@ def test_a_reversed_current_is_used_as_it_is_and_said() -> None:
     assert "gave -0.16" in said  # 15 A for 40 s, and the manoeuvres
 
 
+def test_a_current_at_the_end_of_the_sensor_s_range_is_used_as_it_is_and_said() -> None:
+    lively_A = np.asarray(px4.trace(px4.times(5.0)).current_A)
+    lively_A = lively_A + np.random.default_rng(1).normal(0.0, 1.0, lively_A.size)
+    top_A = 15.5
+    clipped_A = np.minimum(lively_A, top_A)
+    got = assemble(log(px4.ulog({"battery": px4.pack(current_A=clipped_A)})))
+    np.testing.assert_allclose(got.current_A, clipped_A, rtol=1e-6)
+    said = next(w.message for w in got.warnings if w.code == "current_saturated")
+    assert "samples stand at 15.5 A" in said
+    whole = assemble(log(px4.ulog({"battery": px4.pack(current_A=lively_A)})))
+    assert "current_saturated" not in codes(whole)
+
+
 def test_gaps_in_the_current_stay_gaps_and_are_said() -> None:
     t = px4.times(5.0)
     kept = (t < 20) | (t >= 24)
