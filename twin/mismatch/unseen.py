@@ -95,9 +95,9 @@ def _after(
     out[:n] = np.sqrt(squares)
     inside = np.ones(n - 1, dtype=bool)
     inside[[h.after for h in holes if h.after < n - 1]] = False
-    follows = np.sum(np.mean(answers_V[:, 1:] * answers_V[:, :-1], axis=0)[inside])
-    follows /= np.sum(np.sqrt(squares[1:] * squares[:-1])[inside])
-    kept = min(max(float(follows), KEPT[0]), MOST_KEPT)
+    both = float(np.sum(np.mean(answers_V[:, 1:] * answers_V[:, :-1], axis=0)[inside]))
+    whole = float(np.sum(np.sqrt(squares[1:] * squares[:-1])[inside]))  # 0: empty before a pause
+    kept = min(max(both / max(whole, np.finfo(float).tiny), KEPT[0]), MOST_KEPT)
     return out, float(np.median(np.diff(load.time_s))) / -log(kept)
 
 

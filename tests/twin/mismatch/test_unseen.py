@@ -138,6 +138,15 @@ def test_a_pack_that_is_empty_on_the_way_moves_as_at_its_end_from_there() -> Non
     assert unseen(replace(pack(), initial_soc=1e-6), load) is None
 
 
+def test_a_pause_after_the_twin_is_empty_is_no_obstacle() -> None:
+    time_s = np.append(np.arange(0.0, 60.0, 0.2), np.arange(80.0, 120.0, 0.2))
+    load = Load(time_s=time_s, current_A=np.random.default_rng(1).normal(20.0, 5.0, time_s.size))
+    between = unseen(replace(pack(), initial_soc=0.02), load)
+    assert between is not None
+    assert not between.paused_V.any()
+    assert np.all(np.isfinite([between.walk_V, between.walk_s, between.paused_s]))
+
+
 def test_a_pack_that_starts_empty_has_no_error_that_is_no_number() -> None:
     time_s = np.arange(0.0, 60.0, 0.2)
     charged_A = np.random.default_rng(1).normal(-2.0, 0.5, time_s.size)
