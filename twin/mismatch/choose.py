@@ -41,6 +41,9 @@ NEARLY_ALL = 0.03
 """Of the squares beyond the noise, held out: what leaves no more is named though something else is
 left, as it is where the twin's cell is not quite the one that flew. Of a combination less, by the
 number of its effects: together they can shape themselves to much."""
+NEAR = 2.0
+"""Deviations of the prior: starts so near bend one effect, and promise together what it may take. A
+clock has them farther apart, of which no fit can be at two."""
 ALIKE = 3.0
 """Logarithm of the odds within which two models are one: Kass, Raftery, J. Am. Stat. Assoc. 90, 773
 (1995): below 20 to 1 is not strong."""
@@ -69,14 +72,16 @@ class Model:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Shape:
-    """What an effect does to the whitened residuals of the fitted recordings, from one start.
+    """What an effect does to the whitened residuals of the fitted recordings, about one start.
 
     Attributes:
-        columns: (m, 1 + k) the whole change since the effect was absent, and slopes by its numbers.
-        low: (1 + k,) least amount of each that the effect's bounds allow.
-        high: (1 + k,) and largest.
+        slopes: (m, k) by its numbers there.
+        columns: (m, c) at all starts NEAR it, the whole change since the effect was absent, slopes.
+        low: (c,) least amount of each that the effect's bounds allow.
+        high: (c,) and largest.
     """
 
+    slopes: FloatArray
     columns: FloatArray
     low: FloatArray
     high: FloatArray
@@ -249,23 +254,37 @@ def judged(fits: Iterable[Fitted]) -> tuple[Model, ...]:
 
 
 def shapes_of(problem: Problem, null: Fitted) -> tuple[Shape, ...]:
-    """Of a problem's one hypothesis, about the twin as configured: one a start."""
+    """Of a problem's one hypothesis, about the twin as configured and each start, see NEAR."""
     before = null.problem.evidence(np.zeros(null.problem.size)).residuals
-    own, shapes = problem.size - len(problem.flights), []
-    for start in problem.starts():
+    own, starts, alone = problem.size - len(problem.flights), np.array(problem.starts()), []
+    for start in starts:
         there = problem.evidence(start)
+        slopes = there.slopes[:, :own]
         low, high = (end[:own] - start[:own] for end in problem.bounds)
-        columns = np.column_stack([there.residuals - before, there.slopes[:, :own]])
-        shapes.append(Shape(columns, np.append(0.0, low), np.append(np.inf, high)))
-    return tuple(shapes)
+        columns = np.column_stack([there.residuals - before, slopes])
+        alone.append(Shape(slopes, columns, np.append(0.0, low), np.append(np.inf, high)))
+    groups: dict[tuple[int, ...], Shape] = {}  # the same group once, about the first of its starts
+    for start, shape in zip(starts, alone, strict=True):
+        near = np.flatnonzero(np.abs(starts - start).max(axis=1) <= NEAR).tolist()
+        groups.setdefault(tuple(near), shape)
+    return tuple(_together(shape, [alone[k] for k in near]) for near, shape in groups.items())
+
+
+def _together(about: Shape, near: Sequence[Shape]) -> Shape:
+    return Shape(
+        slopes=about.slopes,
+        columns=np.hstack([s.columns for s in near]),
+        low=np.concatenate([s.low for s in near]),
+        high=np.concatenate([s.high for s in near]),
+    )
 
 
 def _promise(base: Fitted, h: Hypothesis, shapes: Sequence[Shape]) -> Promise:
-    """From the start that promises most: a fit begins at one, and cannot be at several."""
+    """About the start that promises most: a fit cannot be everywhere at once."""
     explained = [_explained(base, shape) for shape in shapes]
     best = int(np.argmax(explained))
     left = _squares(base) - explained[best]
-    columns = np.hstack([base.there.slopes, shapes[best].columns[:, 1:]])
+    columns = np.hstack([base.there.slopes, shapes[best].slopes])
     information = np.eye(columns.shape[1]) + columns.T @ columns
     return Promise(base, h, left, -0.5 * (left + float(np.linalg.slogdet(information)[1])))
 

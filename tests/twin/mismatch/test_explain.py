@@ -181,7 +181,7 @@ def test_what_may_win_is_said_by_squares_also_where_tails_are_heavy() -> None:
     assert ("electrolyte_transport",) in [m.ids for m in found]
 
 
-def test_an_effect_of_many_starts_promises_what_one_of_them_may_keep() -> None:
+def test_an_effect_of_many_starts_promises_what_it_may_keep_about_one() -> None:
     """No clock is early and late at once, though two shifts together would explain the voltage."""
     shifts = [flown([ClockShift(shift_s=shift)], seed=1) for shift in (-2.5, 2.5)]
     both = replace(shifts[0], voltage_V=np.mean([own.voltage_V for own in shifts], axis=0))
