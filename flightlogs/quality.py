@@ -9,6 +9,8 @@ from flightlogs.errors import LogWarning
 from flightlogs.log import Channel, FloatArray, Interval
 from flightlogs.resample import bridged_s, charge_C, resample, within
 
+BoolArray = npt.NDArray[np.bool_]
+
 DRIFT_S = 30.0  # what is slower than this belongs to the state of charge, not to the resistance
 HUBER = 1.345  # 95 % efficiency for normal noise; Huber, Robust Statistics (1981)
 HUBER_ROUNDS = 50
@@ -30,7 +32,6 @@ CLIMB_ERROR_M = 5.0  # 1 m/s over the window: no barometer in propeller wash is 
 CLIMB_ERROR_SHARE = (
     0.1  # of the time; a crash at the end reaches half of it, a diverging filter 3 times
 )
-BoolArray = npt.NDArray[np.bool_]
 USUAL_STEPS = 2.5  # a longer step between samples is a gap
 PLATEAU = 3  # equal samples in turn at the top
 STANDS_STILL = 0.2  # of the steps of strong currents: then equal samples are no plateau
@@ -174,9 +175,9 @@ def gap_warning(time_s: FloatArray, where: str) -> LogWarning | None:
 
 
 def plateau(size_A: FloatArray) -> BoolArray:
-    """(n,) samples that are equal and the largest, where a sensor came to the end of its range.
+    """(n,) which sizes (n,) are equal and the largest: a sensor came to the end of its range.
 
-    It counts only where strong currents elsewhere do not stand still.
+    They count only where strong currents elsewhere do not stand still; NaN is unknown.
     """
     none = np.zeros(size_A.size, dtype=bool)
     top = float(np.nanmax(size_A)) if np.any(np.isfinite(size_A)) else 0.0
@@ -191,7 +192,7 @@ def plateau(size_A: FloatArray) -> BoolArray:
 
 
 def saturation_warning(current_A: FloatArray, where: str) -> LogWarning | None:
-    """Samples (n,) that stand at the largest current, see `plateau`."""
+    """Where currents (n,), discharge positive, stand at the largest: see `plateau`."""
     count = int(np.count_nonzero(plateau(current_A)))
     if not count:
         return None

@@ -141,10 +141,12 @@ def _of_csv(ask: Ask, choice: PackChoice) -> Drawn:
     table = _without(table, ask.concealed)
     cell, remarks = cell_of(choice.cell)
     use = pack_use(None, choice.file, cell, builtin=isinstance(choice.cell, str), table=table)
-    n, saturated = table.time_s.size, saturation_warning(table.current_A, name)
+    n, between = table.time_s.size, Between(ask.between)
+    measured = between is Between.LINEAR  # programmed steps stand at their largest as they please
+    saturated = saturation_warning(table.current_A, name) if measured else None
     return Drawn(
         name=name,
-        load=table.load(between=Between(ask.between), ambient_K=use.ambient_K),
+        load=table.load(between=between, ambient_K=use.ambient_K),
         recorded_V=np.full(n, np.nan) if table.voltage_V is None else table.voltage_V,
         judged=np.ones(n, dtype=bool),
         pack=pack_of(use, cell),

@@ -212,6 +212,8 @@ def test_a_current_that_saturates_is_doubtful(tmp_path: Path) -> None:
     assert result.exit_code == 0, result.output
     count = int(np.sum(lively_A == 11.0))
     assert f"doubtful {count} samples stand at 11.0 A, the most that the current" in result.output
+    programmed = call(tmp_path, str(tmp_path / "load.csv"), "--between", "hold")
+    assert "samples stand at" not in programmed.output
     steady = call(tmp_path, put_load(tmp_path, seconds=5.0, current_A=1.0))
     assert "samples stand at" not in steady.output
 

@@ -91,7 +91,7 @@ def _paused(flights: Sequence[Flight]) -> Iterator[str]:
     for flight in flights:
         load = flight.recorded_load
         if holes := pauses(load):
-            off_C = np.sqrt(sum(np.mean(hole.off_C(load) ** 2) for hole in holes))
+            off_C = np.sqrt(sum(hole.variance_C2(load) for hole in holes))
             yield (
                 f"{flight.name}: pauses of the logger: {len(holes)}, "
                 f"{sum(hole.length_s for hole in holes):.0f} s in all; by what flowed in stretches "

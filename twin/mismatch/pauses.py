@@ -28,7 +28,7 @@ class Pause:
     """One of a recording.
 
     Attributes:
-        after: the sample before it.
+        after: index of the last sample before it.
         length_s: of it.
         first: (w,) samples where the stretches begin that may stand for it.
         last: (w,) and where they end.
@@ -40,22 +40,25 @@ class Pause:
     last: IntArray
 
     def off_C(self, load: Load) -> FloatArray:
-        """(w,) charge beyond the straight line, if it was as in each of the stretches."""
+        """(w,) charge beyond the straight line, if it was as in each of the stretches [C]."""
         t, current_A, drawn_C = load.time_s, load.current_A, load.drawn_C()
         long_s = t[self.last] - t[self.first]
         line_A = (current_A[self.first] + current_A[self.last]) / 2
         return ((drawn_C[self.last] - drawn_C[self.first]) / long_s - line_A) * self.length_s
 
+    def variance_C2(self, load: Load) -> float:
+        """Of the charge beyond the straight line [C2]."""
+        return float(np.mean(self.off_C(load) ** 2))
+
     def filled(self, load: Load, way: int) -> tuple[FloatArray, FloatArray]:
-        """Times and currents within it, as in the stretch of that number."""
+        """Times [s] and currents [A] within it, as in the stretch of that number."""
         first, last = int(self.first[way]), int(self.last[way])
-        share = (load.time_s[first : last + 1] - load.time_s[first]) / (
-            load.time_s[last] - load.time_s[first]
-        )
+        t, current_A = (v[first : last + 1] for v in (load.time_s, load.current_A))
+        share = (t - t[0]) / (t[-1] - t[0])
         ends = [first, last], [self.after, self.after + 1]
         theirs, own = (np.interp(share, (0.0, 1.0), load.current_A[at]) for at in ends)
         time_s = load.time_s[self.after] + share * self.length_s
-        return time_s[1:-1], (load.current_A[first : last + 1] - theirs + own)[1:-1]
+        return time_s[1:-1], (current_A - theirs + own)[1:-1]
 
 
 def pauses(load: Load) -> tuple[Pause, ...]:

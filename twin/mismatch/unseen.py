@@ -64,7 +64,7 @@ def unseen(pack: Pack, load: Load) -> Unseen | None:
     paused_V, forgets_s = _after(holes, wide, load, as_is_V, per_C)
     walk_s, paused_s = load.time_s - load.time_s[0], load.time_s / forgets_s
     for hole in holes:
-        walk_s[hole.after + 1 :] += float(np.mean(hole.off_C(load) ** 2)) / off_C**2
+        walk_s[hole.after + 1 :] += hole.variance_C2(load) / off_C**2
         paused_s[hole.after + 1 :] += LONG_AGO
     return Unseen(
         walk_V=off_C * per_C,
