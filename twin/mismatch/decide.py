@@ -19,9 +19,10 @@ TWIN_V = 4e-4
 """Of a cell: the twin is within 0.36 mV of converged solutions (`tests/reference`). An effect that
 beside others changes less is not told from that."""
 TOLD = 0.98  # of the prior's deviation, beyond which a recording tells nothing of a number
-NOT_WHITE = 2.0
-"""Excess of what is left, above which it is not just noise (of 100 residuals of pure noise one
-exceeds 2)."""
+NOT_WHITE = (12.0, 70.0)
+"""Over the root of the number of samples, and over that number: excess of what is left beyond 1,
+above which it is not just noise. Of 100 residuals of pure noise one exceeds it, be they 30 samples
+or 10 000 (`test_one_of_a_hundred_residuals_of_pure_noise_is_not_taken_for_noise`)."""
 NOISE_KNOWN = 2.5
 """Relative deviation of a variance by the median of third differences, times the square root of the
 number of samples: with few of them the noise is not known well, nor an excess."""
@@ -140,7 +141,8 @@ def _simplest(models: Sequence[Model]) -> Model:
 
 def _hardly_less(fitted: Fitted, best: Fitted) -> bool:
     """What `best` says beyond is within the error of the twin, and nothing else is left."""
-    return white(fitted) and max(_changes_V(best, fitted)) < TWIN_V * _series(best)
+    changes_V = (*_changes_V(best, fitted), *_changes_V(fitted, best))  # for the better, the worse
+    return white(fitted) and max(changes_V) < TWIN_V * _series(best)
 
 
 def _misleads(fitted: Fitted, null: Fitted) -> bool:
@@ -171,8 +173,13 @@ def _series(fitted: Fitted) -> int:
 
 def white(fitted: Fitted) -> bool:
     """Nothing but noise is left."""
-    samples = min(fitted.there.residuals.size, fitted.ahead.residuals.size)
-    return fitted.excess < NOT_WHITE * (1.0 + NOISE_KNOWN / sqrt(max(samples, 1)))
+    samples = max(min(fitted.there.residuals.size, fitted.ahead.residuals.size), 1)
+    return fitted.excess < most_of_noise(samples) * (1.0 + NOISE_KNOWN / sqrt(samples))
+
+
+def most_of_noise(samples: int) -> float:
+    """Excess of so many samples of noise whose variance is known, see NOT_WHITE."""
+    return 1.0 + NOT_WHITE[0] / sqrt(samples) + NOT_WHITE[1] / samples
 
 
 def nearly(fitted: Fitted, null: Fitted, noise_V: float) -> bool:

@@ -9,8 +9,9 @@ import pytest
 
 from twin.effects import SelfHeating
 from twin.mismatch.choose import Model
-from twin.mismatch.decide import decide
+from twin.mismatch.decide import decide, most_of_noise
 from twin.mismatch.finding import Verdict
+from twin.mismatch.fit import excess_of
 from twin.mismatch.hypothesis import PRIOR
 
 
@@ -168,6 +169,39 @@ def test_what_is_left_near_the_noise_is_no_other_cell(best_V: float, verdict: st
     gain = model(_with_effect("gain", 0.040), -4.0, 0.1)
     found = decide([pair, gain, null], 1.0, 0.0087, stated_V=0.0)
     assert found.verdict.value == verdict
+
+
+@pytest.mark.parametrize(
+    ("ahead_V", "excess", "verdict"),
+    [(0.006, 1.0, Verdict.NAMED), (0.013, 4.0, Verdict.UNKNOWN)],
+)
+def test_an_effect_that_makes_what_is_held_out_worse_is_no_error_of_the_twin(
+    ahead_V: float, excess: float, verdict: Verdict
+) -> None:
+    """Of 30 mV one effect leaves 6; evidence for a second is strong, in microvolts of the fit."""
+    null = model(Fit((), 0.027, 0.030, excess=500.0), -900.0, 0.0)
+    alone = model(_with_effect("hysteresis", 0.006, excess=1.0), -80.0, 0.0)
+    more = Fit(("hysteresis", "salt"), alone.fitted.rms_V() - 1e-6, ahead_V, excess=excess)
+    found = decide([model(more, 0.0, 1.0), alone, null], 1.0, 0.005)
+    assert found.verdict is verdict
+    assert [e.id for e in found.effects] == ["hysteresis"] * (verdict is Verdict.NAMED)
+
+
+@pytest.mark.parametrize("samples", [30, 100, 300, 1000, 3000, 10000])
+def test_one_of_a_hundred_residuals_of_pure_noise_is_not_taken_for_noise(samples: int) -> None:
+    rng, draws = np.random.default_rng(samples), 4000
+    most = most_of_noise(samples)
+    over = sum(excess_of(rng.standard_normal(samples)) > most for _ in range(draws))
+    assert 0.004 < over / draws < 0.025
+
+
+@pytest.mark.parametrize(("samples", "verdict"), [(3000, Verdict.UNKNOWN), (300, Verdict.NAMED)])
+def test_of_many_samples_little_is_more_than_noise(samples: int, verdict: Verdict) -> None:
+    """Excess of 1.5."""
+    null = model(Fit((), 0.4, 0.4, excess=500.0), -90.0, 0.0)
+    fit = _with_effect("heat", 0.002, excess=1.5)
+    fit.there = fit.ahead = SimpleNamespace(residuals=np.zeros(samples))
+    assert decide([model(fit, 0.0, 1.0), null], 1.0, 0.002).verdict is verdict
 
 
 @pytest.mark.parametrize(
