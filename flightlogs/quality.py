@@ -34,6 +34,7 @@ CLIMB_ERROR_SHARE = (
 )
 USUAL_STEPS = 2.5  # a longer step between samples is a gap
 PLATEAU = 3  # equal samples in turn at the top
+STRONG = 10  # steps of strong currents elsewhere, to tell whether they stand still
 STANDS_STILL = 0.2  # of the steps of strong currents: then equal samples are no plateau
 
 
@@ -187,7 +188,7 @@ def plateau(size_A: FloatArray) -> BoolArray:
     inside = np.concatenate([[False], at_top, [False]]).astype(int)
     starts, stops = np.flatnonzero(np.diff(inside) == 1), np.flatnonzero(np.diff(inside) == -1)
     strong = (size_A[:-1] > 0.5 * top) & ~at_top[:-1]
-    still = np.mean(np.diff(size_A)[strong] == 0) if np.any(strong) else 1.0
+    still = np.mean(np.diff(size_A)[strong] == 0) if strong.sum() >= STRONG else 1.0
     return none if np.max(stops - starts) < PLATEAU or still > STANDS_STILL else at_top
 
 

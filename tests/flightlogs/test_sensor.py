@@ -188,6 +188,10 @@ def test_a_plateau_at_the_top_is_a_rail_and_a_single_maximum_is_not() -> None:
     assert not saturated(CURRENT_A).any()
 
 
+def test_a_constant_discharge_that_ends_a_little_lower_is_no_rail() -> None:
+    assert not saturated(np.array([0.0, *[91.8] * 70, 91.79, 91.77, 91.74, 0.0])).any()
+
+
 def test_an_unreadable_row_is_counted() -> None:
     lines = table().splitlines()
     lines[10] = "12.0;??"

@@ -21,8 +21,11 @@ beside others changes less is not told from that."""
 TOLD = 0.98  # of the prior's deviation, beyond which a recording tells nothing of a number
 NOT_WHITE = (12.0, 70.0)
 """Over the root of the number of samples, and over that number: excess of what is left beyond 1,
-above which it is not just noise. Of 100 residuals of pure noise one exceeds it, be they 30 samples
+above which it is not just noise. Of 100 residuals of pure noise one exceeds it, be they 5 samples
 or 10 000 (`test_one_of_a_hundred_residuals_of_pure_noise_is_not_taken_for_noise`)."""
+FEW = 6.63
+"""That excess of few samples, which by their correlation tell as much as one: 1 % of chi-squared
+with one degree of freedom is more."""
 NOISE_KNOWN = 2.5
 """Relative deviation of a variance by the median of third differences, times the square root of the
 number of samples: with few of them the noise is not known well, nor an excess."""
@@ -179,7 +182,7 @@ def white(fitted: Fitted) -> bool:
 
 def most_of_noise(samples: int) -> float:
     """Excess of so many samples of noise whose variance is known, see NOT_WHITE."""
-    return 1.0 + NOT_WHITE[0] / sqrt(samples) + NOT_WHITE[1] / samples
+    return min(FEW, 1.0 + NOT_WHITE[0] / sqrt(samples) + NOT_WHITE[1] / samples)
 
 
 def nearly(fitted: Fitted, null: Fitted, noise_V: float) -> bool:

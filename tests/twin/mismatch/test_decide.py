@@ -187,7 +187,7 @@ def test_an_effect_that_makes_what_is_held_out_worse_is_no_error_of_the_twin(
     assert [e.id for e in found.effects] == ["hysteresis"] * (verdict is Verdict.NAMED)
 
 
-@pytest.mark.parametrize("samples", [30, 100, 300, 1000, 3000, 10000])
+@pytest.mark.parametrize("samples", [5, 12, 30, 100, 300, 1000, 3000, 10000])
 def test_one_of_a_hundred_residuals_of_pure_noise_is_not_taken_for_noise(samples: int) -> None:
     rng, draws = np.random.default_rng(samples), 2000
     most = most_of_noise(samples)
