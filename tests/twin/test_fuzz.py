@@ -63,7 +63,9 @@ def test_a_fault_is_seen(monkeypatch: pytest.MonkeyPatch, harm, said: str) -> No
     assert any(said in fault for fault in fuzz.outcome("flight", done).faults)
 
 
+@pytest.mark.filterwarnings("ignore::pytest.PytestUnraisableExceptionWarning")
 def test_a_hang_is_a_fault(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Though a callback swallows the alarm: this one, or one of the garbage collector's."""
     monkeypatch.setattr(fuzz, "LIMIT_S", 0.05)
     swallowed = []
 
