@@ -229,8 +229,7 @@ class _Running:
     def _count_flight(self, flown: StepResult) -> None:
         self._flown_s += flown.stopped_s
         self._drawn_C += flown.charge_C
+        self._energy_J += flown.energy_J
         if flown.time_s.size:
-            power_W = flown.voltage_V * flown.current_A
-            self._energy_J += float(np.trapezoid(power_W, flown.time_s))
             self._end_V = float(flown.voltage_V[-1])
             self._min_V = min(self._min_V, float(flown.voltage_V.min()))

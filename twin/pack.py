@@ -2,7 +2,7 @@
 
 from collections import Counter
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from math import prod
 
 import numpy as np
@@ -138,6 +138,12 @@ class Pack:
     def scale(self) -> float:
         """Capacity of one cell of this pack over that of `cell`."""
         return self.rated_C / (self.parallel * self.cell.nominal_capacity_C)
+
+    def charged(self) -> "Pack":
+        """It with the fullest of its cells full, whatever it started a recording with."""
+        fuller = max((0.0, *(w.soc_offset for w in self.weak)))
+        own = tuple(e for e in self.effects if not isinstance(e, InitialSoc))
+        return replace(self, initial_soc=1.0 - fuller, soc_by_rest=False, effects=own)
 
     def cell_parameters(self) -> dict[str, float]:
         """The kernel's parameters for one cell of this pack.

@@ -18,7 +18,7 @@ from twin.load import Load
 from twin.mesh import Mesh
 from twin.pack import Pack
 from twin.pack_model import of_places
-from twin.simulate import DEFAULT_MESH, simulate
+from twin.simulate import DEFAULT_MESH, flowed, simulate
 from twin.solution import Inside, LithiumAudit, SimulationStopped, Status
 
 FloatArray = npt.NDArray[np.float64]
@@ -144,11 +144,12 @@ class StepResult:
     Attributes:
         step: the step.
         time_s: (n,) since the start of the protocol; (0,) if the step failed at once.
-        current_A: (n,) of the pack; it runs straight between the times of an adaptive step.
-        voltage_V: (n,) of the pack.
+        current_A: (n,) of the pack, what flows, straight between the times of an adaptive step.
+        voltage_V: (n,) of the pack, whatever a sensor makes of it.
         temperature_K: (n,) mean over the cells.
         soc: (n,) state of charge from the negative electrode's mean stoichiometry, mean likewise.
         charge_C: drawn from the pack, exact: negative for a charge.
+        energy_J: likewise, by the trapezoidal rule over the steps that were taken.
         stopped_s: when the step ended, since the start of the protocol.
         end_state: the kernel's state there.
         cell_voltage_V: (series, n) of each cell; read-only where all are equal.
@@ -167,6 +168,7 @@ class StepResult:
     temperature_K: FloatArray
     soc: FloatArray
     charge_C: float
+    energy_J: float
     stopped_s: float
     end_state: FloatArray
     cell_voltage_V: FloatArray
@@ -270,11 +272,12 @@ def _follow(pack: Pack, step: FollowLoad, now: _Now, settings: Settings) -> Step
     return StepResult(
         step=step,
         time_s=solution.time_s + shift_s,
-        current_A=solution.current_A,
-        voltage_V=solution.voltage_V,
+        current_A=flowed(pack, step.load).current_A[: solution.time_s.size],
+        voltage_V=solution.voltage_V * (pack.series / pack.terminals),
         temperature_K=solution.temperature_K,
         soc=solution.soc,
         charge_C=solution.charge_C,
+        energy_J=solution.energy_J,
         stopped_s=solution.stopped_s + shift_s,
         end_state=solution.end_state,
         cell_voltage_V=solution.cell_voltage_V,
@@ -304,14 +307,17 @@ def _adapt(
     points = [] if failed_at_once else stretch.points
     out = np.array([p.out for p in points]).reshape(len(points), stepper.model.outputs).T
     time_s = now.time_s + np.concatenate([[0.0], np.cumsum(stretch.length_s)])
+    current_A = np.array([p.current_A for p in points]) * pack.parallel
+    voltage_V = out[COLUMN["voltage_V"]] * pack.series
     return StepResult(
         step=step,
         time_s=time_s[: len(points)],
-        current_A=np.array([p.current_A for p in points]) * pack.parallel,
-        voltage_V=out[COLUMN["voltage_V"]] * pack.series,
+        current_A=current_A,
+        voltage_V=voltage_V,
         temperature_K=out[COLUMN["temperature_K"]],
         soc=stepper.kinds[0].soc(out[COLUMN["negative_mean"]]),
         charge_C=stretch.charge_C() * pack.parallel,
+        energy_J=float(np.trapezoid(voltage_V * current_A, time_s[: len(points)])),
         stopped_s=float(time_s[-1]),
         end_state=points[-1].state if points else now.state,
         cell_voltage_V=of_places(pack, stepper.model.of_kinds(out)[:, COLUMN["voltage_V"]]),

@@ -99,7 +99,7 @@ class Run:
         self._limits = Limits(pack.cell.lower_cut_off_V, pack.cell.upper_cut_off_V)
         self._tail = surroundings(pack, load.ambient_K)
         self.rows: list[FloatArray] = []
-        self.charge_C = self.elapsed_s = 0.0
+        self.charge_C = self.energy_J = self.elapsed_s = self._voltage_V = 0.0
         self.retried = self._at = 0
         self.status = Status.DONE
         self.taken: list[Taken] | None = None
@@ -141,7 +141,8 @@ class Run:
             if self.taken is not None:
                 after = states[:accepted].reshape(accepted, -1).copy()
                 self.taken.append(Taken(drive[:accepted], after, np.arange(at, self._at)))
-            self._count(self.pieces.length_s[done], self.pieces.start_A[done], current_A[:accepted])
+            lasting = self.pieces.length_s[done], self.pieces.start_A[done]
+            self._count(*lasting, current_A[:accepted], out[:accepted, COLUMN["voltage_V"]])
         if accepted < size and self._difficult(self._at):
             self._at += 1
 
@@ -159,7 +160,7 @@ class Run:
             self.retried += 1
             if self._limits.accepts(trial[:, None], np.array([current_A]))[0]:
                 done = np.array([drive[0]]), np.array([self._current_A(at, share)])
-                self._count(*done, np.array([current_A]))
+                self._count(*done, np.array([current_A]), trial[[COLUMN["voltage_V"]]])
                 if self.taken is not None:
                     after = following.reshape(1, -1)
                     self.taken.append(Taken(drive[None], after, np.array([at])))
@@ -177,8 +178,13 @@ class Run:
         start, stop = float(self.pieces.start_A[at]), float(self.pieces.stop_A[at])
         return start + share * (stop - start)
 
-    def _count(self, length_s: FloatArray, start_A: FloatArray, stop_A: FloatArray) -> None:
+    def _count(
+        self, length_s: FloatArray, start_A: FloatArray, stop_A: FloatArray, stop_V: FloatArray
+    ) -> None:
+        start_V = np.concatenate([[self._voltage_V], stop_V[:-1]])  # a jump is a piece of its own
         self.charge_C += float(np.dot(length_s, start_A + stop_A) / 2)
+        self.energy_J += float(np.dot(length_s, start_A * start_V + stop_A * stop_V) / 2)
+        self._voltage_V = float(stop_V[-1])
         self.elapsed_s += float(length_s.sum())
 
 
@@ -264,6 +270,7 @@ def solution_of(run: Run, pack: Pack, load: Load) -> Solution:
         steps=sum(r.shape[1] for r in run.rows) + run.retried,
         retried_steps=run.retried,
         charge_C=run.charge_C * pack.parallel,
+        energy_J=run.energy_J * pack.series * pack.parallel,
         end_state=run.state,
         cell_voltage_V=of_places(pack, run.model.of_kinds(out)[:, COLUMN["voltage_V"]]),
         cell_temperature_K=of_places(pack, run.model.of_kinds(out)[:, COLUMN["temperature_K"]]),

@@ -83,8 +83,9 @@ class Solution:
 
     Attributes:
         time_s: (n,) the load's own sample times, as far as simulated.
-        current_A: (n,) at the terminals.
-        voltage_V: (n,) at the terminals; each belongs to the current at the same time.
+        current_A: (n,) of the load, as recorded.
+        voltage_V: (n,) as a sensor records it at the terminals, by a `VoltageGain`; each belongs to
+            the current at the same time.
         temperature_K: (n,) mean over the cells, which close the energy balance together.
         soc: (n,) state of charge from the negative electrode's mean stoichiometry, 0..1; mean over
             the cells.
@@ -94,7 +95,8 @@ class Solution:
         stopped_s: time at which it ended, located inside the sample if it ended early.
         steps: time steps taken, sub-steps included.
         retried_steps: sub-steps that replaced a step which had not converged.
-        charge_C: drawn from the pack up to where it ended.
+        charge_C: drawn from the pack up to where it ended: what flowed, not what was recorded.
+        energy_J: likewise, at the voltage of its cells.
         end_state: the kernel's state there; `simulate(..., state=)` continues from it.
         cell_voltage_V: (series, n) of each cell; read-only where all are equal.
         cell_temperature_K: (series, n) likewise.
@@ -113,6 +115,7 @@ class Solution:
     steps: int
     retried_steps: int
     charge_C: float
+    energy_J: float
     end_state: FloatArray
     cell_voltage_V: FloatArray
     cell_temperature_K: FloatArray

@@ -15,7 +15,7 @@ from twin.constants import ZERO_CELSIUS_K
 from twin.load import Between, Load
 from twin.pack import Pack
 from twin.replay import Replay
-from twin.simulate import simulate
+from twin.simulate import flowed, simulate
 from twin.solution import Status
 
 FloatArray = npt.NDArray[np.float64]
@@ -68,12 +68,6 @@ class Answer:
     def complete(self) -> bool:
         """It ended as it should."""
         return self.replay.solution.status is self.case.end
-
-    @property
-    def energy_J(self) -> float:
-        """Drawn, as far as simulated, by the trapezoidal rule over the samples."""
-        s = self.replay.solution
-        return float(np.trapezoid(s.voltage_V * s.current_A, s.time_s)) if s.time_s.size else 0.0
 
 
 def answers(cases: Sequence[Case]) -> Iterator[Answer]:
@@ -156,7 +150,7 @@ def sample_columns(done: Sequence[Answer]) -> Columns:
             "case": pa.array([answer.case.name] * m, type=pa.string()),
             "ambient_K": pa.array(np.full(m, answer.case.load.ambient_K)),
         }
-        own["charge_Ah"] = measured(answer.case.load.drawn_C()[:m] / 3600)
+        own["charge_Ah"] = measured(flowed(answer.case.pack, answer.case.load).drawn_C()[:m] / 3600)
         tables.append(pa.table(case | own))
     whole = pa.concat_tables(tables).combine_chunks()
     return dict(zip(whole.column_names, whole.columns, strict=True))
@@ -178,7 +172,7 @@ def _summary(answer: Answer) -> Mapping[str, object]:
         "scale": None if case.rate else case.scale,
         "simulated_s": s.stopped_s - case.load.time_s[0],
         "charge_ah": s.charge_C / 3600,
-        "energy_wh": answer.energy_J / 3600,
+        "energy_wh": s.energy_J / 3600,
         "end_v": voltage[-1],
         "min_v": voltage.min(),
         "end_soc": s.soc[-1] if s.soc.size else None,

@@ -175,6 +175,7 @@ def solution(status: Status = Status.DONE, samples: int = T.size) -> Solution:
         steps=samples,
         retried_steps=0,
         charge_C=float(np.sum(i) * 0.2),
+        energy_J=float(np.sum(i) * 0.2 * 16.0),
         end_state=np.zeros(1),
         cell_voltage_V=np.zeros((4, samples)),
         cell_temperature_K=np.zeros((4, samples)),

@@ -1,5 +1,6 @@
 """Protocols against conservation, PyBaMM, and themselves at finer tolerance."""
 
+from dataclasses import replace
 from itertools import pairwise
 from pathlib import Path
 
@@ -9,7 +10,15 @@ import pytest
 from tests.reference.loads import LOADS
 from twin.builtin import load_cell
 from twin.cell import Cell
-from twin.effects import EFFECTS, Cracking, Sei, SeiOnCracks, chosen
+from twin.effects import (
+    EFFECTS,
+    Cracking,
+    CurrentGain,
+    Sei,
+    SeiOnCracks,
+    VoltageGain,
+    chosen,
+)
 from twin.effects.self_heating import SelfHeating
 from twin.load import Between, Load
 from twin.mesh import electrode_mesh
@@ -120,6 +129,23 @@ def test_times_run_on_from_step_to_step(lipo: Cell) -> None:
     assert first.stopped_s == first.time_s[-1] == second.time_s[0] == 7.0
     assert third.time_s[0] == second.stopped_s == pytest.approx(17.0)
     assert third.stopped_s == pytest.approx(22.0)
+
+
+def test_steps_tell_what_flowed_whatever_the_sensors_say(lipo: Cell) -> None:
+    plain = Pack(cell=lipo, series=4)
+    faulty = replace(plain, effects=(CurrentGain(gain=1.25), VoltageGain(gain=1.1)))
+    t = np.arange(0.0, 20.0, 0.1)
+    flown = Load(time_s=t, current_A=10 + 5 * np.sin(t))
+    recorded = replace(flown, current_A=flown.current_A / 1.25)
+    rest = ConstantCurrent(current_A=5.0, duration_s=60.0)
+    true = run(plain, (FollowLoad(load=flown), rest)).require()
+    told = run(faulty, (FollowLoad(load=recorded), rest)).require()
+    for one, other in zip(true.steps, told.steps, strict=True):
+        np.testing.assert_allclose(other.voltage_V, one.voltage_V, rtol=1e-9)
+        np.testing.assert_allclose(other.current_A, one.current_A, rtol=1e-9)
+        assert other.energy_J == pytest.approx(one.energy_J)
+        power_W = one.voltage_V * one.current_A
+        assert one.energy_J == pytest.approx(np.trapezoid(power_W, one.time_s), rel=1e-3)
 
 
 def test_a_load_in_two_parts_answers_like_the_whole(lipo: Cell) -> None:

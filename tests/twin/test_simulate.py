@@ -60,6 +60,16 @@ def test_charge_and_lithium_are_kept_to_rounding(m50: Cell, between: Between) ->
     assert electrolyte[1] == pytest.approx(electrolyte[0], rel=1e-13)
 
 
+def test_energy_is_that_of_the_current_as_it_is_between_samples(m50: Cell) -> None:
+    strokes_A = np.array([0.0, 0.0, 8.0, 8.0, 8.0, 0.0, 12.0, 0.0])
+    held = Load(time_s=10 * np.arange(8.0), current_A=strokes_A, between=Between.HOLD)
+    pack = Pack(cell=m50, series=3, parallel=2)
+    coarse, fine = (simulate(pack, load).require() for load in (held, held.refined(0.02)))
+    by_samples_J = np.dot(np.diff(fine.time_s), (fine.voltage_V * fine.current_A)[:-1])
+    assert coarse.energy_J == pytest.approx(by_samples_J, rel=1e-3)
+    assert fine.energy_J == pytest.approx(by_samples_J, rel=1e-4)
+
+
 def test_slow_discharge_follows_the_open_circuit_curve(m50: Cell) -> None:
     solution = simulate(Pack(cell=m50), constant(0.001, 3600.0, 60.0)).require()
     ocv = [open_circuit_V(m50, s) for s in solution.soc[::10]]

@@ -25,7 +25,7 @@ from twin.load import Load
 from twin.pack import Pack
 from twin.pack_model import pack_model
 from twin.protocol import ConstantCurrent, Rest, Settings, run
-from twin.simulate import DEFAULT_MESH
+from twin.simulate import DEFAULT_MESH, surroundings
 from twin.solution import Status
 
 FloatArray = npt.NDArray[np.float64]
@@ -134,7 +134,7 @@ def attribute(
     places = [at[t] for s in spans if (t := max(s.start_s, edges[0])) in at]
     movable = [p for s, p in zip(spans, places, strict=False) if s.movable]
     others = reordered(pack, ledger, loads, movable, state) if status is Status.DONE else ()
-    charged = _at_K(pack, formed, load.ambient_K)
+    charged = _at_K(pack, formed, float(surroundings(pack, load.ambient_K)[0]))
     return Attribution(
         spans=tuple(spans),
         costs=tuple(pieces[p] for p in places),
@@ -151,7 +151,7 @@ def started(pack: Pack, formed: FloatArray, ambient_K: float) -> FloatArray:
     Raises:
         CannotCycle: the cut-off comes before that charge.
     """
-    whole_A = pack.rated_C / 3600
+    whole_A, start = pack.rated_C / 3600, pack.cells()[0]
     settings = Settings(ambient_K=ambient_K)
 
     def discharged(seconds: float) -> tuple[FloatArray, FloatArray]:
@@ -159,15 +159,15 @@ def started(pack: Pack, formed: FloatArray, ambient_K: float) -> FloatArray:
         result = run(pack, steps, settings=settings, state=formed)
         if result.status is not Status.DONE:
             raise CannotCycle(
-                f"the flight begins at {100 * pack.initial_soc:.1f} % of charge, and a discharge "
+                f"the flight begins at {100 * start.initial_soc:.1f} % of charge, and a discharge "
                 f"at 1C ends before that: {result.status.value}"
             )
         return result.end_state, result.steps[0].soc
 
     probed = discharged(PROBE_S)[1]
-    seconds = PROBE_S * (probed[0] - pack.initial_soc) / (probed[0] - probed[-1])
+    seconds = PROBE_S * (probed[0] - start.initial_soc) / (probed[0] - probed[-1])
     state = discharged(float(seconds))[0] if seconds > 1.0 else formed
-    return _at_K(pack, state, pack.initial_K)
+    return _at_K(pack, state, start.initial_K)
 
 
 def _at_K(pack: Pack, state: FloatArray, temperature_K: float) -> FloatArray:

@@ -6,7 +6,6 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from twin.damage.cycles import energy_J
 from twin.damage.loss import NOTHING, Ledger, Loss
 from twin.load import Load
 from twin.pack import Pack
@@ -59,7 +58,7 @@ def cost_of(pack: Pack, ledger: Ledger, load: Load, state: FloatArray) -> tuple[
     cost = Cost(
         loss=ledger.loss(solution.end_state) - before,
         drawn_C=solution.charge_C,
-        energy_J=energy_J(solution),
+        energy_J=solution.energy_J,
         duration_s=solution.stopped_s - float(load.time_s[0]),
         mean_K=float(solution.temperature_K.mean()) if known else np.nan,
         mean_soc=float(solution.soc.mean()) if known else np.nan,

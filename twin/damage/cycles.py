@@ -8,10 +8,11 @@ import numpy.typing as npt
 from twin.ageing import EMPTY
 from twin.damage.loss import NOTHING, Ledger, Loss
 from twin.damage.waveform import Waveform
+from twin.effects import ColdPack
 from twin.health import Examiner
 from twin.pack import Pack
 from twin.protocol import FollowLoad, Rest, Settings, Step, StepResult, charge_cc_cv, run
-from twin.solution import Solution, Status
+from twin.solution import Status
 
 FloatArray = npt.NDArray[np.float64]
 
@@ -105,8 +106,12 @@ def cycle(
     Raises:
         CannotCycle: the cut-off comes before one period is over, or the charge fails.
     """
-    full = replace(pack, initial_soc=1.0, soc_by_rest=False, initial_K=protocol.ambient_K)
-    return _Cycling(full, waveform, protocol, state).all()
+    resting = (
+        replace(e, start_offset_K=e.ambient_offset_K) if isinstance(e, ColdPack) else e
+        for e in pack.effects
+    )
+    rested = replace(pack, initial_K=protocol.ambient_K, effects=tuple(resting))
+    return _Cycling(rested.charged(), waveform, protocol, state).all()
 
 
 class _Cycling:
@@ -138,7 +143,7 @@ class _Cycling:
             waveform=self._waveform,
             flown_s=each * sum(f.stopped_s for f in flights),
             drawn_C=each * sum(f.charge_C for f in flights),
-            energy_J=each * sum(map(energy_J, flights)),
+            energy_J=each * sum(f.energy_J for f in flights),
             whole=(self._ledger.loss(self._state) - first) * each,
             in_flight=in_flight * each,
             capacity_C=each * (capacity_C - self._capacity_C()),
@@ -176,11 +181,6 @@ class _Cycling:
 
     def _capacity_C(self) -> float:
         return self._examiner.examine(self._state, self._net_C).capacity_C
-
-
-def energy_J(answer: StepResult | Solution) -> float:
-    """Delivered."""
-    return float(np.trapezoid(answer.voltage_V * answer.current_A, answer.time_s))
 
 
 def _extremes(steps: list[StepResult]) -> Extremes:

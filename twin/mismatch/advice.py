@@ -1,13 +1,12 @@
 """The test that would tell candidates apart: the one in which their predictions differ most."""
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from itertools import combinations
 
 import numpy as np
 import numpy.typing as npt
 
-from twin.effects import InitialSoc, WeakCell
 from twin.load import Between, Load
 from twin.mismatch.fit import Fitted
 from twin.pack import Pack
@@ -83,7 +82,7 @@ def advise(models: Sequence[Fitted], noise_V: float) -> str:
     mean_A, peak_A = float(drawn_A.mean()), float(np.quantile(drawn_A, 0.99))
     packs = [m.problem.pack(m.q, 0) for m in models]
     found = [
-        (_least_apart_V([_answer_V(charged(p) if t.full else p, t.load) for p in packs]), t)
+        (_least_apart_V([_answer_V(p.charged() if t.full else p, t.load) for p in packs]), t)
         for t in manoeuvres(flights[0].pack, mean_A, peak_A, flights[0].load.ambient_K)
     ]
     apart_V, test = max(found, key=lambda pair: pair[0])
@@ -93,16 +92,6 @@ def advise(models: Sequence[Fitted], noise_V: float) -> str:
             "cells' voltages or the temperature, or check the sensors"
         )
     return f"{test.words}: the candidates then differ by {1e3 * apart_V:.0f} mV rms"
-
-
-def charged(pack: Pack) -> Pack:
-    """The fullest of its cells is full, whatever it started a recording with."""
-    effects = (e for e in pack.effects if not isinstance(e, InitialSoc))
-    own = (
-        replace(e, soc_offset=min(e.soc_offset, 0.0)) if isinstance(e, WeakCell) else e
-        for e in effects
-    )
-    return replace(pack, initial_soc=1.0, soc_by_rest=False, effects=tuple(own))
 
 
 def _answer_V(pack: Pack, load: Load) -> FloatArray:

@@ -25,7 +25,16 @@ from twin.damage import (
 )
 from twin.damage.loss import Ledger
 from twin.damage.study import CYCLES
-from twin.effects import AGEING, ActiveMaterialLoss, Sei, SelfHeating, WeakCell
+from twin.effects import (
+    AGEING,
+    ActiveMaterialLoss,
+    ColdPack,
+    InitialSoc,
+    Sei,
+    SelfHeating,
+    VoltageGain,
+    WeakCell,
+)
 from twin.pack import Pack
 from twin.protocol import ConstantCurrent, Rest, charge_cc_cv, run
 
@@ -138,6 +147,17 @@ def test_unlike_cells_lose_what_their_mean_does(pack: Pack) -> None:
     assert both.whole.inventory_C + both.whole.plated_C == pytest.approx(
         both.whole.lithium_C, abs=1e-7
     )
+
+
+def test_how_a_recording_started_and_was_measured_is_nothing_to_a_cycle(pack: Pack) -> None:
+    once, more = Protocol(cycles=1), (
+        InitialSoc(offset=-0.2), ColdPack(start_offset_K=-15.0), VoltageGain(gain=1.1),
+    )  # fmt: skip
+    plain = cycle(ageing(pack), CLIMBS, once)
+    own = ageing(replace(pack, initial_soc=0.8))
+    stated = cycle(replace(own, effects=(*own.effects, *more)), CLIMBS, once)
+    assert (stated.drawn_C, stated.energy_J) == pytest.approx((plain.drawn_C, plain.energy_J))
+    assert stated.whole.inventory_C == pytest.approx(plain.whole.inventory_C)
 
 
 def test_a_load_beyond_the_pack_is_said_to_be_so(pack: Pack) -> None:

@@ -35,7 +35,7 @@ from twin.damage.cost import total
 from twin.damage.loss import Ledger
 from twin.damage.orders import orders
 from twin.damage.study import widened
-from twin.effects import ActiveMaterialLoss, AnyEffect, Sei, SelfHeating
+from twin.effects import ActiveMaterialLoss, AnyEffect, ColdPack, InitialSoc, Sei, SelfHeating
 from twin.load import Load
 from twin.pack import Pack
 from twin.simulate import simulate
@@ -110,6 +110,18 @@ def test_a_flight_starts_with_its_own_charge_and_temperature(whole: Study, pack:
     first = simulate(ageing(pack), Load(time_s=np.zeros(1), current_A=np.zeros(1)), state=state)
     assert float(first.soc[0]) == pytest.approx(0.95, abs=1e-3)  # some plated lithium returns
     assert float(first.temperature_K[0]) == 300.0
+
+
+def test_a_flight_starts_with_the_charge_and_temperature_that_were_found(
+    whole: Study, pack: Pack
+) -> None:
+    full = whole.assessment.baselines.reference.end_state
+    found = InitialSoc(offset=-0.25), ColdPack(start_offset_K=-15.0)
+    own = replace(ageing(pack), effects=(*ageing(pack).effects, *found))
+    state = started(own, full, 298.15)
+    first = simulate(own, Load(time_s=np.zeros(1), current_A=np.zeros(1)), state=state)
+    assert first.soc[0] == pytest.approx(0.70, abs=1e-3)  # some plated lithium returns
+    assert first.temperature_K[0] == pytest.approx(285.0)
 
 
 def test_a_motion_flown_from_full_to_empty_costs_the_same_in_both_views(
