@@ -26,7 +26,7 @@ def clause(effect: str, parameters: Sequence[Value]) -> str:
         told = {p.name for p in parameters if abs(p.value - nothing(p.name)) > TOLD * p.std}
         values = {key: v for key, v in values.items() if not told or key in told}
     say = CLAUSES.get(effect)
-    return say(values) if say else f"the twin has no {name(effect)}, the recordings do"
+    return say(values) if say and values else f"the twin has no {name(effect)}, the recordings do"
 
 
 def nothing(parameter: str) -> float:
@@ -145,11 +145,15 @@ def _reactions(v: Values) -> str:
 
 
 def _hysteresis(v: Values) -> str:
-    most_V = max(v["negative_amplitude_V"], v["positive_amplitude_V"])
-    return (
-        "the rest voltage remembers which way the charge last went (hysteresis), by up to "
-        f"{significant(1e3 * most_V, 2)} mV a cell"
-    )
+    told_V = [V for key, V in v.items() if key.endswith("amplitude_V")]
+    size = f", by up to {significant(1e3 * max(told_V), 2)} mV a cell" if told_V else ""
+    return f"the rest voltage remembers which way the charge last went (hysteresis){size}"
+
+
+def _stripping(v: Values) -> str:
+    there = v.get("initial_mol_m3")
+    size = "" if there is None else f" ({significant(there, 2)} mol/m³)"
+    return f"lithium metal lay on the negative electrode before take-off{size} and strips in flight"
 
 
 def _lost(what: str) -> Callable[[Values], str]:
@@ -181,10 +185,7 @@ CLAUSES: Mapping[str, Callable[[Values], str]] = {
     "solid_diffusion_positive": _diffusion("positive"),
     "reaction_kinetics": _reactions,
     "ocv_hysteresis": _hysteresis,
-    "plating_stripping": lambda v: (
-        "lithium metal lay on the negative electrode before take-off "
-        f"({significant(v['initial_mol_m3'], 2)} mol/m³) and strips in flight"
-    ),
+    "plating_stripping": _stripping,
     "lithium_inventory_loss": _lost("lithium to cycle"),
     "active_material_loss_negative": _lost("negative material at work"),
     "active_material_loss_positive": _lost("positive material at work"),

@@ -144,6 +144,14 @@ def test_every_hypothesis_has_words_and_an_equation_that_can_be_set(h: Hypothesi
     assert equation(kind.equation, "e") is not None
 
 
+@pytest.mark.parametrize("h", HYPOTHESES, ids=lambda h: h.id)
+def test_any_number_of_an_effect_may_be_all_that_is_told(h: Hypothesis) -> None:
+    for p in h.parameters:
+        alone = [Value(name=p.name, value=0.5 * p.upper, std=1e-9, unit=p.unit)]
+        assert not re.search(r"nan|_|  |\(\)", clause(h.id, alone))
+    assert "the recordings do" in clause(h.id, [])
+
+
 def test_a_number_at_its_bound_is_shown_as_none() -> None:
     """A fit ends where rounding has it, 2e-23 Ohm; a small one beside a larger error is a size."""
     at_bound = Value(name="resistance_ohm", value=2e-23, std=6e-4, unit="Ohm")

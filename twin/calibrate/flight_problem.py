@@ -168,7 +168,7 @@ def _temperature(pack: Pack) -> Quantity:
 
 
 def _heat_transfer(heating: SelfHeating) -> Quantity:
-    mean = heating.heat_transfer_W_m2_K
+    mean = max(heating.heat_transfer_W_m2_K, SelfHeating.parameters[0].lower)
     parameter = Parameter(
         name="heat_transfer_W_m2_K", unit="W/(m2 K)", mean=mean, std=WIND_STD, lower=mean / 10,
         upper=mean * 10, scale=Scale.LOG,

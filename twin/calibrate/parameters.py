@@ -169,7 +169,8 @@ def cell_table(
     if warm_and_cold:
         out += [_activation(name, numbers[name]) for name in ACTIVATIONS]
     for heating in (e for e in pack.effects if isinstance(e, SelfHeating) and warming):
-        capacity_J_K, transfer = numbers["heat_capacity_J_K"], heating.heat_transfer_W_m2_K
+        capacity_J_K = numbers["heat_capacity_J_K"]
+        transfer = max(heating.heat_transfer_W_m2_K, SelfHeating.parameters[0].lower)
         out += [
             Parameter(name="heat_capacity_J_K", unit="J/K", mean=capacity_J_K, std=0.15,
                       lower=capacity_J_K / 2, upper=2 * capacity_J_K, scale=Scale.LOG),

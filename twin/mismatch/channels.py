@@ -111,7 +111,8 @@ def _cells(flight: Flight) -> Iterator[Channel]:
     weakest = int(np.argmin(cells[counted].mean(axis=0)))
     measured = cells[:, weakest] - np.delete(cells, weakest, axis=1).mean(axis=1)
     period_s = float(np.median(np.diff(flight.time_s[counted])))
-    one_V = white_V(measured[counted], flight.load.current_A[counted], period_s)
+    told_V = white_V(measured[counted], flight.load.current_A[counted], period_s)
+    one_V = BALANCE_V if told_V is None else told_V  # too few samples to tell
     mean_V = one_V / np.sqrt(max(PERIOD_S / period_s, 1.0))
     slow = BALANCE_V, SLOW_BALANCE_S
     yield Channel(measured, _spread, whitening(flight.time_s, counted, mean_V, slow))

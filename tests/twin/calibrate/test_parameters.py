@@ -13,6 +13,7 @@ from twin.calibrate.parameters import (
     Parameter,
     cell_table,
 )
+from twin.effects import SelfHeating
 from twin.pack import Pack
 
 
@@ -39,3 +40,11 @@ def test_a_cell_with_another_electrolyte_may_keep_it(own_m2_s: float) -> None:
     factor, _ = salt_diffusivity(Pack(cell=replace(cell, electrolyte=salt)))
     assert factor.lower <= 1 / MIXTURE_FACTOR
     assert factor.upper >= MIXTURE_FACTOR
+
+
+def test_a_pack_that_is_said_to_lose_no_heat_may_lose_little() -> None:
+    insulated = Pack(cell=load_cell("lg_m50"), effects=(SelfHeating(heat_transfer_W_m2_K=0.0),))
+    *_, transfer = cell_table(insulated, warming=True)
+    assert transfer.name == "heat_transfer_W_m2_K"
+    assert 0.0 < transfer.mean < 0.1
+    assert transfer.bounds[0] < 0.0 < transfer.bounds[1]

@@ -106,6 +106,20 @@ def test_slopes_of_channels_are_those_of_their_residuals() -> None:
     assert there.slopes[:, 0] == pytest.approx(far, rel=0.02, abs=1e-2 * np.abs(far).max())
 
 
+@pytest.mark.parametrize("every_s", [4.0, 10.0])
+def test_cells_that_are_logged_now_and_then_are_compared_all_the_same(every_s: float) -> None:
+    own = measured([WeakCell(resistance_ohm=0.01, cell=3)], 1, seconds=40.0)
+    cells_V, every = np.full_like(own.cell_voltage_V, np.nan), round(every_s / 0.1)
+    cells_V[::every] = own.cell_voltage_V[::every]
+    dense = replace(own, temperature_K=None)
+    twin, off = simulate(pack(), own.load), []
+    for flight in (replace(dense, cell_voltage_V=cells_V), dense):
+        (cells,) = channels(flight)
+        off.append(np.abs(cells.whiten(cells.residual(twin)[:, None])).max())
+    assert off[0] > 1.0
+    assert off[1] > off[0]  # the more samples, the less doubt
+
+
 def test_channels_that_do_not_fit_are_refused_or_passed_over() -> None:
     own = measured([], 1, seconds=30.0)
     with pytest.raises(MismatchError, match="temperature_K"):
