@@ -9,7 +9,7 @@ The cell is not the built-in one; the built-in LiPo is fitted to it with as litt
     temperatures, or a factor on the reaction rates of both electrodes, whose resistance falls as
     the cell warms.
 2C, 5C and 9.1C are predicted. The temperature is that measured (thermocouple T2).
-Recordings: SINTEF, via battery-data-alliance; see ../shared/battery/CATALOGUE.md.
+Recordings: SINTEF, published by the Battery Data Alliance (battery-data-format).
 """
 
 from collections.abc import Callable, Mapping

@@ -55,8 +55,8 @@ class Load:
             bad = np.flatnonzero(~np.isfinite(getattr(self, name)))
             if bad.size:
                 raise LoadError(f"{name}[{bad[0]}] is not finite ({bad.size} such samples)")
-        if not self.longest_step_s > 0:
-            raise LoadError(f"longest_step_s = {self.longest_step_s}: expected more than zero")
+        _expect("ambient_K", self.ambient_K, 200.0, 400.0)
+        _expect("longest_step_s", self.longest_step_s, np.finfo(float).tiny, np.inf)
         if (stuck := np.flatnonzero(np.diff(self.time_s) <= 0)).size:
             raise LoadError(
                 f"time_s[{stuck[0] + 1}] does not exceed the one before ({stuck.size} such steps)"
@@ -92,3 +92,8 @@ class Load:
         if self.between is Between.HOLD:
             return float(np.dot(dt, self.current_A[:-1]))
         return float(np.dot(dt, self.current_A[:-1] + self.current_A[1:]) / 2)
+
+
+def _expect(name: str, value: float, least: float, most: float) -> None:
+    if not least <= value <= most:
+        raise LoadError(f"{name} = {value}: expected {least:.3g} to {most:.3g}")

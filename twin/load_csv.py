@@ -134,6 +134,7 @@ def _table(
     )
 
 
+MOST_PAUSE_S = 100 * 86400.0  # the twin takes a step a second through it
 TURNED = "In this file discharge current is negative, as its voltage shows: it was turned round."
 
 
@@ -148,6 +149,13 @@ def _check_clock(time_s: FloatArray, numbers: Sequence[int], name: str) -> None:
             f"{name}, line {numbers[at + 1]}: the clock goes back, from {time_s[at]:g} s to "
             f"{time_s[at + 1]:g} s ({back.size} such lines): give one recording with its lines in "
             "order"
+        )
+    longest = int(np.argmax(np.diff(time_s, append=time_s[-1])))
+    if (pause_s := float(np.ptp(time_s[longest : longest + 2]))) > MOST_PAUSE_S:
+        raise LoadError(
+            f"{name}, line {numbers[longest + 1]}: {pause_s / 86400:.0f} days after the line "
+            f"before, expected {MOST_PAUSE_S / 86400:.0f} or less: was its clock set in between? "
+            "Give the lines before or after it"
         )
 
 

@@ -114,6 +114,9 @@ class Pack:
             value = getattr(self, name)
             if not low <= value <= high:
                 raise PackError(f"{name} = {value}: expected {low} to {high}")
+        for name in ("series", "parallel"):
+            if (count := getattr(self, name)) != int(count):
+                raise PackError(f"{name} = {count}: expected a whole number")
         if self.capacity_C is not None and not 0 < self.capacity_C < 1e9:
             raise PackError(f"capacity_C = {self.capacity_C}: expected a positive number")
         check_weak(self.weak, self.series)

@@ -61,6 +61,8 @@ class ConstantCurrent:
     def __post_init__(self) -> None:
         if not np.isfinite(self.current_A) or self.current_A == 0:
             raise ProtocolError(f"current_A = {self.current_A}: expected a current; 0 is a Rest")
+        if self.until_V is not None:
+            _positive("until_V", self.until_V)
         if self.until_V is None and not np.isfinite(self.duration_s):
             raise ProtocolError("a constant current needs until_V or duration_s")
         _positive("duration_s", self.duration_s)
@@ -93,6 +95,8 @@ class Rest:
 
     def __post_init__(self) -> None:
         _positive("duration_s", self.duration_s)
+        if not np.isfinite(self.duration_s):
+            raise ProtocolError(f"duration_s = {self.duration_s}: expected an end")
 
 
 Step = FollowLoad | ConstantCurrent | ConstantVoltage | Rest

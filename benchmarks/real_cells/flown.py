@@ -1,6 +1,6 @@
 """A multirotor that flew a pack from full to empty: all there is to calibrate from is the flight.
 
-Log: ArduPilot's LogAnalyzer examples (GPL-3), 3 cells, 4 Ah, 1 Hz; ../shared/flights/CATALOGUE.md.
+Log: ArduPilot's LogAnalyzer examples (GPL-3), 3 cells, 4 Ah, 1 Hz.
 """
 
 from pathlib import Path

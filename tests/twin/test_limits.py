@@ -206,3 +206,9 @@ def test_the_virtual_machine_ends_where_the_compiled_kernel_does(
 def test_what_is_no_load_is_refused(time_s: list, current_A: list, said: str) -> None:
     with pytest.raises(LoadError, match=said):
         Load(time_s=np.array(time_s), current_A=np.array(current_A))
+
+
+@pytest.mark.parametrize("ambient_K", [25.0, np.nan])
+def test_air_in_degrees_celsius_is_refused(ambient_K: float) -> None:
+    with pytest.raises(LoadError, match=f"ambient_K = {ambient_K}: expected 200 to 400"):
+        Load(time_s=np.zeros(1), current_A=np.zeros(1), ambient_K=ambient_K)

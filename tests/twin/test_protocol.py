@@ -296,6 +296,10 @@ def test_impossible_steps_are_refused(lipo: Cell) -> None:
         ConstantCurrent(current_A=0.0, duration_s=1.0)
     with pytest.raises(ProtocolError, match="duration_s = nan"):
         Rest(duration_s=float("nan"))
+    with pytest.raises(ProtocolError, match="duration_s = inf: expected an end"):
+        Rest(duration_s=float("inf"))
+    with pytest.raises(ProtocolError, match="until_V = nan"):
+        ConstantCurrent(current_A=1.0, until_V=float("nan"))
     with pytest.raises(ProtocolError, match=r"expected 2\.75 to 4\.2"):
         run(Pack(cell=lipo), (ConstantVoltage(voltage_V=5.0, until_A=1.0),))
 

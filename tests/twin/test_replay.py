@@ -97,6 +97,11 @@ def test_units_change_nothing() -> None:
         np.testing.assert_allclose(getattr(scaled, name), getattr(plain, name))
 
 
+def test_a_clock_that_was_set_in_a_recording_is_refused_with_its_line() -> None:
+    with pytest.raises(LoadError, match="line 4: 19676 days after the line before"):
+        read("time_s,current_A\n0,1\n1,1\n1.7e9,1\n1700000001,1\n")
+
+
 def test_lines_that_cannot_be_used_are_left_out_and_told() -> None:
     table = read("time_s,current_A,voltage_V\n0,0,4\n1,1,4\n1,2,3.9\n2,nan,3.8\n3,2,3.7\n4,2\n5")
     np.testing.assert_array_equal(table.time_s, [0.0, 1.0, 3.0, 4.0])

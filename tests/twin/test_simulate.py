@@ -220,7 +220,13 @@ def test_pieces_carry_the_charge_of_the_load(
 
 @pytest.mark.parametrize(
     ("field", "value"),
-    [("series", 0), ("initial_soc", 1.2), ("initial_K", 25.0), ("capacity_C", -1.0)],
+    [
+        ("series", 0),
+        ("series", 4.5),
+        ("initial_soc", 1.2),
+        ("initial_K", 25.0),
+        ("capacity_C", -1.0),
+    ],
 )
 def test_an_impossible_pack_is_refused_by_name(m50: Cell, field: str, value: float) -> None:
     with pytest.raises(PackError, match=field):
