@@ -4,8 +4,8 @@
 
 Sony VTC6 over 268 missions of an electric aircraft (the eVTOL set of Carnegie Mellon, samples
 every 30 s), charged to 4.0 V, capacity measured every 50 missions from 4.2 V at C/5. The cell is
-that of a built-in set of the same kind, fitted to its first capacity test and its first mission, its
-resistance to cooling to the temperature of that mission. Then its ageing is fitted to the
+that of a built-in set of the same kind, fitted to its first capacity test and its first mission,
+its resistance to cooling to the temperature of that mission. Then its ageing is fitted to the
 check-ups up to mission 150, and the later ones are predicted. Beside it: the ageing constants as
 they come with the built-in cell, no further loss, and a square root of time through the same
 check-ups.
