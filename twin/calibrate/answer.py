@@ -21,12 +21,12 @@ import numpy.typing as npt
 
 from twin.calibrate.objective import Problem
 from twin.calibrate.parameters import Parameter, Scale
+from twin.correlation import correlation_time
 
 FloatArray = npt.NDArray[np.float64]
 
 OF_FILLERS = 2  # rows of the prior beside those of the parameters
 NINETY = 1.6449  # standard deviations of a normal distribution to either side that hold 90 %
-LAGS_PER_TIME = 5.0  # sums of autocorrelations stop there: A. Sokal (1997), window of c = 5
 MOST_OF_PRIOR, SOME_OF_PRIOR = 0.5, 0.98
 """Standard error over that of the prior. What is told a little is not held at its prior: what it
 could have taken up would go into numbers that are told well (at 0.9 a measured pouch's 1C discharge
@@ -220,21 +220,6 @@ def excess_of(problem: Problem, residuals: FloatArray) -> FloatArray:
     """(tests,) variance of what each test leaves over what was expected, correlation counted."""
     parts = _parts([t.at.size for t in problem.tests])
     return np.array([np.mean(residuals[p] ** 2) * correlation_time(residuals[p]) for p in parts])
-
-
-def correlation_time(residuals: FloatArray) -> float:
-    """How many samples tell as much as one: 1 + 2 sum of autocorrelations, at least 1.
-
-    The mean is not taken out: where the model is off all along, all samples say the same.
-    """
-    n = residuals.size
-    spectrum = np.fft.rfft(residuals, 2 * n)
-    covariances = np.fft.irfft(np.abs(spectrum) ** 2)[:n]
-    if covariances[0] <= 0:
-        return 1.0
-    sums = 2 * np.cumsum(covariances / covariances[0]) - 1
-    enough = np.arange(n) >= LAGS_PER_TIME * sums
-    return float(max(1.0, sums[int(np.argmax(enough)) if enough.any() else -1]))
 
 
 def _parts(sizes: Sequence[int]) -> list[slice]:

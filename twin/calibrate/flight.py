@@ -23,11 +23,11 @@ from twin.calibrate.answer import (
     NINETY,
     Estimate,
     Verdict,
-    correlation_time,
 )
 from twin.calibrate.flight_problem import FlightProblem, Flown, Known, Quantity, changed, quantities
 from twin.calibrate.parameters import Scale
 from twin.calibrate.polish import polish
+from twin.correlation import correlation_time
 from twin.pack import Pack
 
 FloatArray = npt.NDArray[np.float64]

@@ -9,9 +9,10 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 import numpy.typing as npt
 
-from twin.calibrate.answer import Answer, combinations, correlation_time, estimated
+from twin.calibrate.answer import Answer, combinations, estimated
 from twin.calibrate.parameters import Parameter
 from twin.calibrate.polish import LeastSquares
+from twin.correlation import correlation_time
 
 FloatArray = npt.NDArray[np.float64]
 

@@ -15,9 +15,10 @@ import numpy as np
 import numpy.typing as npt
 
 from twin.calibrate.polish import polish
+from twin.correlation import correlation_time
 from twin.mismatch.flight import Flight
 from twin.mismatch.hypothesis import Hypothesis
-from twin.mismatch.noise import Whitener, correlation_time
+from twin.mismatch.noise import Whitener
 from twin.mismatch.problem import Evidence, Problem
 
 FloatArray = npt.NDArray[np.float64]

@@ -308,21 +308,3 @@ def tamed(whitened: FloatArray) -> FloatArray:
     out = whitened * (HUBER / root)[:, None]
     out[:, 0] = np.sign(whitened[:, 0]) * root
     return np.where((size > HUBER)[:, None], out, whitened)
-
-
-def correlation_time(whitened: FloatArray) -> float:
-    """How many samples tell as much as one: 1 + 2 sum of autocorrelations, at least 1.
-
-    The mean is not taken out: what is off all along says the same in every sample. The sum ends at
-    five times itself (Sokal, Monte Carlo methods in statistical mechanics, 1996, section 3).
-    """
-    n = whitened.size
-    if n == 0:
-        return 1.0
-    spectrum = np.fft.rfft(whitened, 2 * n)
-    covariances = np.fft.irfft(np.abs(spectrum) ** 2)[:n]
-    if covariances[0] <= 0:
-        return 1.0
-    sums = 2 * np.cumsum(covariances / covariances[0]) - 1
-    enough = np.arange(n) >= 5 * sums
-    return float(max(1.0, sums[int(np.argmax(enough)) if enough.any() else -1]))

@@ -9,7 +9,7 @@ import numpy.typing as npt
 import pytest
 
 from tests.twin.calibrate.synthetic import cell_pack, measured
-from twin.calibrate.answer import Verdict, correlation_time
+from twin.calibrate.answer import Verdict
 from twin.calibrate.checks import Fitted, predicted, rms
 from twin.calibrate.objective import Problem
 from twin.calibrate.reference import ReferenceTest
@@ -205,17 +205,6 @@ def test_a_test_that_no_cell_explains_draws_nothing_to_its_bounds() -> None:
     assert last.problem.rms_V(last.q, 0) < 6e-3  # the other test is followed nevertheless
     for t in last.problem.tests:  # 640 and 556 samples
         assert np.sum((MISSED_V / t.sigma_V) ** 2) <= STRETCHES
-
-
-def test_correlated_residuals_count_less() -> None:
-    random = np.random.default_rng(0)
-    white = random.standard_normal(20_000)
-    assert correlation_time(white) == pytest.approx(1.0, abs=0.1)
-    slow, kept = np.zeros(20_000), 0.8
-    for k in range(1, slow.size):
-        slow[k] = kept * slow[k - 1] + white[k]
-    exact = (1 + kept) / (1 - kept)
-    assert correlation_time(slow) == pytest.approx(exact, rel=0.2)  # its estimate errs by 10 %
 
 
 def test_a_pack_of_unlike_cells_and_no_test_are_refused() -> None:

@@ -3,11 +3,11 @@
 import numpy as np
 import pytest
 
+from twin.correlation import correlation_time
 from twin.mismatch.noise import (
     HUBER,
     Noise,
     Unseen,
-    correlation_time,
     step_V,
     tamed,
     white_V,
@@ -152,15 +152,6 @@ def test_bad_samples_move_a_mean_little_where_tails_are_heavy(random: np.random.
         found.append(mean)
     assert found[0] == pytest.approx(0.2, abs=0.03)
     assert found[1] == pytest.approx(0.0, abs=0.05)
-
-
-def test_correlation_time_of_a_first_order_process(random: np.random.Generator) -> None:
-    """(1 + a) / (1 - a) exactly."""
-    a, x = 0.8, np.zeros(200_000)
-    steps = random.standard_normal(x.size)
-    for k in range(1, x.size):
-        x[k] = a * x[k - 1] + steps[k]
-    assert correlation_time(x) == pytest.approx((1 + a) / (1 - a), rel=0.1)
 
 
 def test_of_no_samples_nothing_is_made() -> None:
