@@ -13,7 +13,8 @@ import numpy.typing as npt
 from scipy.linalg import solve_triangular
 
 from twin.mismatch.flight import BoolArray, Flight, FloatArray
-from twin.mismatch.noise import beginnings, means_from, step_V, white_V
+from twin.mismatch.noise import beginnings, means_from
+from twin.mismatch.white import step_V, white_V
 from twin.solution import Solution
 
 THERMOMETER_K = 3.0

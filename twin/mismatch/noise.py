@@ -22,12 +22,6 @@ from scipy.linalg import solve_banded
 FloatArray = npt.NDArray[np.float64]
 BoolArray = npt.NDArray[np.bool_]
 
-THIRD = np.sqrt(20.0)  # of third differences over white noise: 1 + 9 + 9 + 1
-NORMAL = 0.6745  # median of |x| of a normal distribution
-LEAST_V = 1e-4  # of a recording too short to tell as well
-LEAST_THIRD = 12  # third differences, of which a spread can be told
-REACH = 10  # samples before and after, at whose current a residual may follow it
-LONGEST_S = 1.0  # of samples that are taken together: slower is physics
 HUBER = 1.345  # deviations, up to which squares count: 95 % efficient if all are normal
 
 
@@ -83,51 +77,6 @@ class Unseen:
         """At other places (m,) than its `own` (n,), along straight lines."""
         names = ("walk_V", "walk_s", "quick_V", "paused_V", "paused_s")
         return replace(self, **{k: np.interp(where, own, getattr(self, k)) for k in names})
-
-
-def white_V(residual_V: FloatArray, current_A: FloatArray, period_s: float) -> float | None:
-    """Standard deviation of white noise as dense as that of residuals (n,) [V]; None of too few.
-
-    From third differences: what is smooth cancels; what jumps with the current, as far as it is in
-    proportion to it and to its neighbours (up to REACH, so that a clock or a sensor that is late is
-    no noise) or to its square and cube, is taken out first. Of samples and of means over 2, 4
-    and 8 of them (up to LONGEST_S): noise that was smoothed or interpolated is little from sample
-    to sample and shows in the means. The largest counts.
-    """
-    sizes = [size for size in (1, 2, 4, 8) if size == 1 or size * period_s <= LONGEST_S]
-    spreads = [(k, _spread_V(_means(residual_V, k), _means(current_A, k))) for k in sizes]
-    return max((sqrt(k) * spread for k, spread in spreads if spread is not None), default=None)
-
-
-def _means(values: FloatArray, size: int) -> FloatArray:
-    """(n // size,) of so many samples each."""
-    whole = values.size // size * size
-    return np.asarray(values[:whole].reshape(-1, size).mean(axis=1), dtype=float)
-
-
-def _spread_V(residual_V: FloatArray, current_A: FloatArray) -> float | None:
-    """Standard deviation of one value about what is smooth and what follows the current [V]."""
-    third, drive = np.diff(residual_V, n=3), np.diff(current_A, n=3)
-    reach = min(REACH, third.size // 40)
-    if third.size < LEAST_THIRD:
-        return None
-    places = range(-max(reach, 1), max(reach, 1) + 1)
-    good = slice(places.stop - 1, third.size - places.stop + 1)
-    bent = [np.diff(current_A**power, n=3)[good] for power in (2, 3)]
-    lagged = np.column_stack([*(np.roll(drive, k)[good] for k in places), *bent])
-    slopes = np.linalg.lstsq(lagged, third[good], rcond=None)[0]
-    left = third[good] - lagged @ slopes
-    freedom = left.size / (left.size - lagged.shape[1])
-    return float(max(np.median(np.abs(left)) / NORMAL / THIRD * sqrt(freedom), LEAST_V))
-
-
-def step_V(voltage_V: FloatArray) -> float:
-    """The step in which a voltage was recorded, 0 if it has none that can be seen [V]."""
-    known_V = voltage_V[np.isfinite(voltage_V)]
-    levels = np.unique(known_V)
-    if levels.size < 2 or levels.size > known_V.size / 3:
-        return 0.0
-    return float(np.median(np.diff(levels)))
 
 
 @dataclass(frozen=True, slots=True, eq=False)

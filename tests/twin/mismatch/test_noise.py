@@ -8,9 +8,7 @@ from twin.mismatch.noise import (
     HUBER,
     Noise,
     Unseen,
-    step_V,
     tamed,
-    white_V,
     whitener,
 )
 
@@ -20,30 +18,6 @@ N = 20_000
 @pytest.fixture
 def random() -> np.random.Generator:
     return np.random.default_rng(3)
-
-
-def test_white_noise_is_found_under_what_is_smooth_and_what_follows_the_current(
-    random: np.random.Generator,
-) -> None:
-    current = 30.0 + random.normal(0.0, 5.0, N)
-    smooth = 0.2 * np.sin(np.arange(N) / 300)
-    residual = 8e-3 * random.standard_normal(N) + smooth - 0.02 * current
-    assert white_V(residual, current, 0.1) == pytest.approx(8e-3, rel=0.05)
-
-
-def test_noise_that_was_interpolated_counts_as_dense_as_it_is(random: np.random.Generator) -> None:
-    """Four samples from one: their mean is worth one, not four, so white noise is twice as much."""
-    seen = np.repeat(8e-3 * random.standard_normal(N // 4), 4)
-    assert white_V(seen, np.zeros(N), 0.1) == pytest.approx(16e-3, rel=0.1)
-
-
-def test_steps_of_a_rounded_voltage_are_seen(random: np.random.Generator) -> None:
-    voltage = 15.0 + random.normal(0.0, 0.3, N)
-    assert step_V(np.round(voltage / 0.025) * 0.025) == pytest.approx(0.025)
-    assert step_V(voltage) == 0.0
-    apart = np.full(10 * voltage.size, np.nan)  # as where samples were added between
-    apart[::10] = voltage
-    assert step_V(apart) == 0.0
 
 
 @pytest.mark.parametrize("together_s", [0.0, 1.0])
