@@ -10,6 +10,7 @@ from reports.quantity import fixed, significant
 from reports.section import Notice, Row, Section, Severity
 from twin.mismatch import Finding, NamedEffect, Verdict
 
+CLEARLY = 1.05  # times the noise: both are printed to two digits
 FOLLOWED = 2  # quantities in a sentence
 LEAD = 0.5  # of what is missed: what leaves no more explains most of it, though not all
 MORE_THAN_NOISE = 1.5  # times the noise: what is left by a stated error or a start, and is told so
@@ -93,9 +94,11 @@ def _ambiguous(finding: Finding) -> str:
 
 def _unknown(finding: Finding) -> str:
     follows = [t.quantity for t in finding.terms] or [d.quantity for d in finding.drivers]
-    text = (
-        f"the twin is off by {mV(finding.errors.held_out_before)} mV, which is more than the noise "
-        f"of {mV(finding.errors.noise)} mV"
+    off_V, noise_V = finding.errors.held_out_before, finding.errors.noise
+    text = f"the twin is off by {mV(off_V)} mV, " + (
+        f"which is more than the noise of {mV(noise_V)} mV"
+        if off_V > CLEARLY * noise_V
+        else f"no more than the noise of {mV(noise_V)} mV, but not by chance"
     )
     if finding.causes_sought:
         text += f", and no effect that it knows explains that{_nearest(finding)}"

@@ -116,6 +116,13 @@ def test_what_explains_most_of_an_unknown_one_is_a_lead_and_what_explains_less_i
     assert "explains that; it follows the current squared." in headline(far)
 
 
+def test_what_is_no_larger_than_the_noise_is_not_said_to_exceed_it() -> None:
+    unknown = finding(Verdict.UNKNOWN)
+    assert "more than the noise of 8.0 mV" in headline(unknown)
+    near = replace(unknown, errors=replace(unknown.errors, held_out_before=8.02e-3))
+    assert "off by 8.0 mV, no more than the noise of 8.0 mV, but not by chance" in headline(near)
+
+
 def test_a_start_within_its_tolerance_is_not_told_as_noise() -> None:
     none = finding(Verdict.NONE)
     assert "what differs (8.2 mV) is noise (8.0 mV)" in headline(none)
