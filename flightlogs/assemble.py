@@ -8,6 +8,7 @@ import numpy as np
 from flightlogs import quality
 from flightlogs.errors import LogWarning, Refusal
 from flightlogs.flight import Flights, choose_flight, refuse_other_vehicles
+from flightlogs.holes import gap_warning
 from flightlogs.log import BatteryLog, Channel, FlightLog, FloatArray, Vehicle
 from flightlogs.recording import Recording
 from flightlogs.resample import resample, within
@@ -60,7 +61,7 @@ def assemble(
         quality.sign_warning(t[flying], current.values[flying], current.source),
         quality.scale_warning(slope, cells.series, pack.capacity_C, current.source),
         quality.coulomb_warning(ratio, current.source),
-        quality.gap_warning(t[flying], current.source),
+        gap_warning(t, flights.flight, current.source),
         quality.saturation_warning(current.values[flying], current.source),
         _capacity_warning(pack),
         _simulation_warning(log),

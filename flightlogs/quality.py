@@ -32,7 +32,6 @@ CLIMB_ERROR_M = 5.0  # 1 m/s over the window: no barometer in propeller wash is 
 CLIMB_ERROR_SHARE = (
     0.1  # of the time; a crash at the end reaches half of it, a diverging filter 3 times
 )
-USUAL_STEPS = 2.5  # a longer step between samples is a gap
 PLATEAU = 3  # equal samples in turn at the top
 STRONG = 10  # steps of strong currents elsewhere, to tell whether they stand still
 STANDS_STILL = 0.2  # of the steps of strong currents: then equal samples are no plateau
@@ -156,21 +155,6 @@ def sign_warning(time_s: FloatArray, current_A: FloatArray, where: str) -> LogWa
         "current_sign_doubtful",
         f"the pack gave {drawn_C / AH_C:.3f} Ah in flight on balance: the current sensor is "
         "reversed, or its zero is far off. The current was used as it is",
-        where,
-    )
-
-
-def gap_warning(time_s: FloatArray, where: str) -> LogWarning | None:
-    """Steps between current samples that are longer than usual, and what they sum to."""
-    steps = np.diff(time_s)
-    usual = float(np.median(steps)) if steps.size else 0.0
-    long = steps[steps > max(bridged_s(time_s), USUAL_STEPS * usual)]
-    if not long.size:
-        return None
-    return LogWarning(
-        "gaps_in_current",
-        f"{long.size} gaps in the current, {long.sum():.1f} s in all, the longest {long.max():.1f} "
-        f"s (usual step {usual:.2f} s): the charge in them is not measured",
         where,
     )
 

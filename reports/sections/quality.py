@@ -1,6 +1,8 @@
 """What is doubtful about the log, and the checks it passed."""
 
-from reports.flight import FlightReport
+from flightlogs.holes import holes
+from flightlogs.recording import Recording
+from reports.flight import FlightReport, Gaps
 from reports.quantity import fixed, significant
 from reports.section import Notice, Row, Section, Severity
 
@@ -29,13 +31,7 @@ def _rows(report: FlightReport) -> tuple[Row, ...]:
         Row(
             label="Gaps in the current",
             value=str(gaps.count),
-            note=(
-                f"{fixed(gaps.total_s, 1)} s in all, the longest {fixed(gaps.longest_s, 1)} s; "
-                "the replay bridges them on a straight line, "
-                f"{significant(gaps.charge_C / 3.6)} mAh"
-                if gaps.count
-                else ""
-            ),
+            note="; ".join(filter(None, (_bridged(gaps), _at_the_ends(recording)))),
         ),
     ]
     if recording.coulomb_check is not None:
@@ -45,3 +41,22 @@ def _rows(report: FlightReport) -> tuple[Row, ...]:
         value = significant(1000 * resistance)
         rows.append(Row(label="Apparent resistance", value=value, unit="mΩ", note=SLOPE))
     return tuple(rows)
+
+
+def _bridged(gaps: Gaps) -> str:
+    if not gaps.count:
+        return ""
+    return (
+        f"{fixed(gaps.total_s, 1)} s in all, the longest {fixed(gaps.longest_s, 1)} s; "
+        f"the replay bridges them on a straight line, {significant(gaps.charge_C / 3.6)} mAh"
+    )
+
+
+def _at_the_ends(recording: Recording) -> str:
+    """What of the flight lies before the first sample or after the last, where nothing bridges."""
+    ends = (recording.flight.start_s, recording.flight.stop_s)
+    outer = [
+        h for h in holes(recording.time_s, recording.flight) if {*ends} & {h.start_s, h.stop_s}
+    ]
+    missing_s = sum(hole.duration_s for hole in outer)
+    return f"{fixed(missing_s, 1)} s at the ends of the flight have no current" if outer else ""

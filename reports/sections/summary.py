@@ -2,7 +2,9 @@
 
 import numpy as np
 
+from flightlogs.holes import holes
 from flightlogs.log import Interval
+from flightlogs.recording import Recording
 from reports.flight import FlightReport
 from reports.quantity import MISSING, ampere_hours, celsius, fixed, minutes
 from reports.section import Notice, Row, Section, Severity
@@ -126,7 +128,10 @@ def _flight(report: FlightReport) -> tuple[Row, ...]:
             label="Charge drawn in the log",
             value=ampere_hours(charge_C),
             unit="Ah",
-            note=f"{share if report.pack.capacity_known else ''}{recording.current_source} current",
+            note=(
+                f"{share if report.pack.capacity_known else ''}{recording.current_source} current"
+                f"{_unknown(recording)}"
+            ),
         ),
         Row(label="Highest current", value=fixed(peak, 1), unit="A"),
         Row(
@@ -135,6 +140,12 @@ def _flight(report: FlightReport) -> tuple[Row, ...]:
         *_temperature(report),
         *_other_flights(report),
     )
+
+
+def _unknown(recording: Recording) -> str:
+    found = holes(recording.time_s, recording.flight)
+    missing_s = sum(hole.duration_s for hole in found)
+    return f", not known for {fixed(missing_s, 1)} s of the flight" if found else ""
 
 
 def _where(flight: Interval) -> str:

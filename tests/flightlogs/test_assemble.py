@@ -197,8 +197,34 @@ def test_gaps_in_the_current_stay_gaps_and_are_said() -> None:
         for name in ("time_s", "current_A", "voltage_V", "charge_C")
     }
     got = assemble(log(px4.ulog({"battery": px4.pack(**columns)})))
-    assert "gaps_in_current" in codes(got)
+    assert gap_message(got) == (
+        "1 gaps in the current, 4.2 of the 40.0 s in flight, the longest 4.2 s from 19.8 s of the "
+        "log on (usual step 0.20 s): the charge in them is not measured"
+    )
     assert np.diff(got.time_s).max() == pytest.approx(4.2, abs=1e-3)
+
+
+def gap_message(recording: Recording) -> str:
+    return next(w.message for w in recording.warnings if w.code == "gaps_in_current")
+
+
+@pytest.mark.parametrize(
+    ("kept_s", "said"),
+    [
+        ((0.0, 25.0), "20.2 of the 40.0 s in flight, the longest 20.2 s up to landing"),
+        ((25.0, 50.0), "20.0 of the 40.0 s in flight, the longest 20.0 s from take-off on"),
+    ],
+)
+def test_a_current_that_covers_part_of_the_flight_is_said(
+    kept_s: tuple[float, float], said: str
+) -> None:
+    t = px4.times(5.0)
+    known = (t >= kept_s[0]) & (t < kept_s[1])
+    amps = np.where(known, px4.current(t), -1.0)  # PX4 writes -1 for unknown
+    of_log = assemble(log(px4.ulog({"battery": px4.pack(current_A=amps)})))
+    assert said in gap_message(of_log)
+    sensor = AlignedSensor(time_s=t[known], current_A=px4.current(t[known]), fit=FIT)
+    assert said in gap_message(assemble(log(), sensor=sensor))
 
 
 def test_samples_of_other_channels_are_not_bridged_across_a_hole() -> None:

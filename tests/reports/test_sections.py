@@ -157,6 +157,25 @@ def test_bridged_gaps_are_owned_up_to() -> None:
     assert "straight line, 11.4 mAh" in row.note
 
 
+@pytest.mark.parametrize(("start_s", "stop_s"), [(0.0, 30.0), (30.0, 60.0)])
+def test_a_current_of_half_the_flight_is_said_where_its_charge_is(
+    start_s: float, stop_s: float
+) -> None:
+    kept = (start_s <= example.T) & (stop_s > example.T)
+    per_sample = ("time_s", "current_A", "voltage_V", "velocity_m_s", "velocity_setpoint_m_s")
+    whole = example.recording()
+    cut = {name: getattr(whole, name)[kept] for name in (*per_sample, "in_air")}
+    report = example.report(recording=example.recording(**cut), gaps=Gaps())
+    notes = {row.label: row.note for s in (summary, quality) for row in s(report).rows}
+    missing_s = 56.0 - 29.8 if start_s == 0 else 30.0 - 10.0
+    assert notes["Charge drawn in the log"].endswith(
+        f"sensor current, not known for {missing_s:.1f} s of the flight"
+    )
+    assert notes["Gaps in the current"] == (
+        f"{missing_s:.1f} s at the ends of the flight have no current"
+    )
+
+
 def test_a_refused_sensor_is_named_with_its_reason() -> None:
     report = example.report(
         recording=example.recording(alignment=None), alignment_refusal="steady hover (steady)"
