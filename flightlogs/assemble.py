@@ -8,7 +8,7 @@ import numpy as np
 from flightlogs import quality
 from flightlogs.errors import LogWarning, Refusal
 from flightlogs.flight import Flights, choose_flight, refuse_other_vehicles
-from flightlogs.holes import gap_warning
+from flightlogs.holes import gap_warning, voltage_warning
 from flightlogs.log import BatteryLog, Channel, FlightLog, FloatArray, Vehicle
 from flightlogs.recording import Recording
 from flightlogs.resample import resample, within
@@ -56,12 +56,14 @@ def assemble(
     velocity, velocity_warnings = _credible_velocity(log, flights)
     slope = _slope(pack, current, flights)
     ratio = _coulomb(pack, current, flights)
+    voltage_V = _on(pack, pack.voltage_V, t, fill=True)
     flying = within(t, (flights.flight,))
     doubts = (
         quality.sign_warning(t[flying], current.values[flying], current.source),
         quality.scale_warning(slope, cells.series, pack.capacity_C, current.source),
         quality.coulomb_warning(ratio, current.source),
         gap_warning(t, flights.flight, current.source),
+        None if pack.voltage_V is None else voltage_warning(voltage_V[flying], pack.label),
         quality.saturation_warning(current.values[flying], current.source),
         _capacity_warning(pack),
         _simulation_warning(log),
@@ -74,7 +76,7 @@ def assemble(
         time_s=t,
         current_A=current.values,
         current_source="autopilot" if sensor is None else "sensor",
-        voltage_V=_on(pack, pack.voltage_V, t, fill=True),
+        voltage_V=voltage_V,
         temperature_K=None if pack.temperature_K is None else _on(pack, pack.temperature_K, t),
         cell_voltage_V=None if pack.cell_voltage_V is None else _on(pack, pack.cell_voltage_V, t),
         velocity_m_s=_channel(velocity, t),

@@ -7,6 +7,7 @@ from flightlogs.log import FloatArray, Interval
 from flightlogs.resample import bridged_s, within
 
 USUAL_STEPS = 2.5  # a longer step between samples is a gap
+LOST_SHARE = 0.02  # of the samples in flight; fewer are lost one by one in any log
 
 
 def usual_step_s(time_s: FloatArray) -> float:
@@ -36,6 +37,19 @@ def gap_warning(time_s: FloatArray, flight: Interval, where: str) -> LogWarning 
         f"{flight.duration_s:.1f} s in flight, the longest {longest.duration_s:.1f} s "
         f"{_place(longest, flight)} (usual step {usual_s:.2f} s): the charge in them is not "
         "measured",
+        where,
+    )
+
+
+def voltage_warning(voltage_V: FloatArray, where: str) -> LogWarning | None:
+    """For how much of the current samples in flight (n,) no voltage was measured."""
+    share = float(np.mean(np.isnan(voltage_V))) if voltage_V.size else 0.0
+    if share <= LOST_SHARE:
+        return None
+    return LogWarning(
+        "gaps_in_voltage",
+        f"the voltage is not known in {share:.0%} of the flight: the model is compared with the "
+        "rest alone, and lowest voltage and resistance are of it",
         where,
     )
 

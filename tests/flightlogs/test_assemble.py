@@ -227,6 +227,17 @@ def test_a_current_that_covers_part_of_the_flight_is_said(
     assert said in gap_message(assemble(log(), sensor=sensor))
 
 
+def test_a_voltage_of_part_of_the_flight_is_said_with_its_share() -> None:
+    t = px4.times(5.0)
+    volts = np.asarray(px4.trace(t).voltage_V)
+    got = assemble(log(px4.ulog({"battery": px4.pack(voltage_V=np.where(t < 25, volts, 0.0))})))
+    (said,) = got.warnings
+    assert said.code == "gaps_in_voltage"
+    assert "not known in 50% of the flight" in said.message
+    single = np.where(np.arange(t.size) % 50 == 20, 0.0, volts)
+    assert assemble(log(px4.ulog({"battery": px4.pack(voltage_V=single)}))).warnings == ()
+
+
 def test_samples_of_other_channels_are_not_bridged_across_a_hole() -> None:
     whole = log()
     assert whole.velocity_m_s is not None
