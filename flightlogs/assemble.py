@@ -8,7 +8,7 @@ import numpy as np
 from flightlogs import quality
 from flightlogs.errors import LogWarning, Refusal
 from flightlogs.flight import Flights, choose_flight, refuse_other_vehicles
-from flightlogs.holes import gap_warning, voltage_warning
+from flightlogs.holes import gap_warning, measured_charge_C, voltage_warning
 from flightlogs.log import BatteryLog, Channel, FlightLog, FloatArray, Vehicle
 from flightlogs.recording import Recording
 from flightlogs.resample import resample, within
@@ -16,6 +16,9 @@ from flightlogs.select import LEAST_FLIGHT_SAMPLES, choose_battery, choose_serie
 
 if TYPE_CHECKING:
     from flightlogs.align import AlignedSensor
+
+AH_C = 3600.0
+MOST_DRAWN = 1.2  # of the capacity: a pack gives 1.1 of its label, and sensors are 10 % off
 
 
 @dataclass(frozen=True, slots=True)
@@ -56,16 +59,17 @@ def assemble(
     velocity, velocity_warnings = _credible_velocity(log, flights)
     slope = _slope(pack, current, flights)
     ratio = _coulomb(pack, current, flights)
+    capacity_C, capacity_doubt = _capacity(pack, current)
     voltage_V = _on(pack, pack.voltage_V, t, fill=True)
     flying = within(t, (flights.flight,))
     doubts = (
         quality.sign_warning(t[flying], current.values[flying], current.source),
-        quality.scale_warning(slope, cells.series, pack.capacity_C, current.source),
+        quality.scale_warning(slope, cells.series, capacity_C, current.source),
         quality.coulomb_warning(ratio, current.source),
         gap_warning(t, flights.flight, current.source),
         None if pack.voltage_V is None else voltage_warning(voltage_V[flying], pack.label),
         quality.saturation_warning(current.values[flying], current.source),
-        _capacity_warning(pack),
+        capacity_doubt,
         _simulation_warning(log),
         _unknown_vehicle(log),
     )
@@ -90,7 +94,7 @@ def assemble(
         sticks=log.sticks,
         series=cells.series,
         series_inferred=cells.inferred,
-        capacity_C=pack.capacity_C,
+        capacity_C=capacity_C,
         serial=pack.serial,
         coulomb_check=ratio,
         resistance_ohm=None if slope is None else slope.ohm,
@@ -173,11 +177,19 @@ def _coulomb(pack: BatteryLog, current: _Current, flights: Flights) -> float | N
     return quality.coulomb_check(t, current.values[flying], counter)
 
 
-def _capacity_warning(pack: BatteryLog) -> LogWarning | None:
-    if pack.capacity_C is not None:
-        return None
-    text = "the log does not say the pack's capacity: state it in pack.toml"
-    return LogWarning("capacity_unknown", text, pack.label)
+def _capacity(pack: BatteryLog, current: _Current) -> tuple[float | None, LogWarning | None]:
+    """What the log states, unless more was drawn in this flight than such a pack holds."""
+    stated_C, drawn_C = pack.capacity_C, measured_charge_C(current.time_s, current.values)
+    if stated_C is None:
+        text = "the log does not say the pack's capacity: state it in pack.toml"
+        return None, LogWarning("capacity_unknown", text, pack.label)
+    if drawn_C <= MOST_DRAWN * stated_C:
+        return stated_C, None
+    text = (
+        f"the log states a capacity of {stated_C / AH_C:.3g} Ah, and {drawn_C / AH_C:.3g} Ah were "
+        "drawn: it is not believed (or the current is logged too large); state it in pack.toml"
+    )
+    return None, LogWarning("capacity_doubtful", text, pack.label)
 
 
 def _simulation_warning(log: FlightLog) -> LogWarning | None:

@@ -15,12 +15,23 @@ def usual_step_s(time_s: FloatArray) -> float:
     return float(np.median(np.diff(time_s))) if time_s.size > 1 else 0.0
 
 
+def longest_step_s(time_s: FloatArray) -> float:
+    """The longest step between (n,) sample times that is no gap."""
+    return max(bridged_s(time_s), USUAL_STEPS * usual_step_s(time_s))
+
+
+def measured_charge_C(time_s: FloatArray, current_A: FloatArray) -> float:
+    """Integral of a current (n,), straight between samples; nothing in its gaps."""
+    steps = np.diff(time_s)
+    steps = np.where(steps <= longest_step_s(time_s), steps, 0.0)
+    return float(np.sum(steps * (current_A[1:] + current_A[:-1]) / 2))
+
+
 def holes(time_s: FloatArray, flight: Interval) -> tuple[Interval, ...]:
     """The parts of the flight between, before or after (n,) sample times that are no usual step."""
     t = time_s[within(time_s, (flight,))]
-    longest_s = max(bridged_s(t), USUAL_STEPS * usual_step_s(t))
     edges = np.concatenate([[flight.start_s], t, [flight.stop_s]])
-    long = np.flatnonzero(np.diff(edges) > longest_s)
+    long = np.flatnonzero(np.diff(edges) > longest_step_s(t))
     return tuple(Interval(float(edges[k]), float(edges[k + 1])) for k in long)
 
 

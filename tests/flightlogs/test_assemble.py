@@ -238,6 +238,23 @@ def test_a_voltage_of_part_of_the_flight_is_said_with_its_share() -> None:
     assert assemble(log(px4.ulog({"battery": px4.pack(voltage_V=single)}))).warnings == ()
 
 
+@pytest.mark.parametrize(
+    ("stated_mAh", "code"),
+    [(5000.0, None), (155.0, None), (130.0, "capacity_doubtful"), (2.2, "capacity_doubtful")],
+)
+def test_a_capacity_that_is_less_than_what_was_drawn_is_not_believed(
+    stated_mAh: float, code: str | None
+) -> None:
+    got = assemble(log(px4.ulog(parameters=px4.PARAMETERS | {"BAT1_CAPACITY": stated_mAh})))
+    drawn_mAh = float(np.trapezoid(got.current_A, got.time_s)) / 3.6
+    assert drawn_mAh == pytest.approx(170, abs=4)
+    assert codes(got) == ([code] if code else [])
+    assert (got.capacity_C is None) == (code is not None)
+    if code:
+        stated, drawn = f"{stated_mAh / 1e3:.3g} Ah", f"{drawn_mAh / 1e3:.3g} Ah"
+        assert f"states a capacity of {stated}, and {drawn} were drawn" in got.warnings[0].message
+
+
 def test_samples_of_other_channels_are_not_bridged_across_a_hole() -> None:
     whole = log()
     assert whole.velocity_m_s is not None
