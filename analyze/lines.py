@@ -47,12 +47,11 @@ def _motions(result: Result) -> str:
 
 def _replay(result: Result) -> str:
     replay = result.replay
-    error = (
-        "no voltage to compare with"
-        if replay.voltage_rmse_mv is None
-        else f"replay error {fixed(replay.voltage_rmse_mv, 1)} mV RMS"
-    )
-    return error if replay.status == "done" else f"{error}, ended early ({replay.status})"
+    early = "" if replay.status == "done" else f"ended early ({replay.status})"
+    if replay.voltage_rmse_mv is not None:
+        error = f"replay error {fixed(replay.voltage_rmse_mv, 1)} mV RMS"
+        return f"{error}, {early}" if early else error
+    return f"replay {early}, before any voltage" if early else "no voltage to compare with"
 
 
 def _warnings(result: Result) -> str:
