@@ -9,7 +9,7 @@ from flightlogs import quality
 from flightlogs.errors import LogWarning, Refusal
 from flightlogs.flight import Flights, choose_flight, refuse_other_vehicles
 from flightlogs.holes import gap_warning, measured_charge_C, voltage_warning
-from flightlogs.log import BatteryLog, Channel, FlightLog, FloatArray, Vehicle
+from flightlogs.log import BatteryLog, Channel, FlightLog, FloatArray, Interval, Vehicle
 from flightlogs.recording import Recording
 from flightlogs.resample import resample, within
 from flightlogs.select import LEAST_FLIGHT_SAMPLES, choose_battery, choose_series
@@ -45,7 +45,7 @@ def assemble(
         Refusal: the flight cannot be analysed; its `code` names the reason.
     """
     refuse_other_vehicles(log)
-    flights = choose_flight(log)
+    flights = choose_flight(log, None if sensor is None else _recorded(sensor))
     pack, pack_warnings = choose_battery(
         log,
         flights,
@@ -109,6 +109,12 @@ def assemble(
             *(sensor.warnings if sensor is not None else ()),
         ),
     )
+
+
+def _recorded(sensor: "AlignedSensor") -> Interval | None:
+    """From the first to the last sample that the sensor measured."""
+    known = sensor.time_s[np.isfinite(sensor.current_A)]
+    return Interval(float(known[0]), float(known[-1])) if known.size else None
 
 
 def _current(

@@ -29,7 +29,7 @@ class Flights:
     """The flight chosen and those that were not.
 
     Attributes:
-        flight: take-off to landing of the one with the most time in the air.
+        flight: take-off to landing of the one with the most time in the air, of what was recorded.
         window: the part of the log that belongs to it: up to the neighbouring armings.
         others: armed spans that are not analysed.
         in_air: spans in the air, of all flights.
@@ -54,26 +54,39 @@ def refuse_other_vehicles(log: FlightLog) -> None:
         )
 
 
-def choose_flight(log: FlightLog) -> Flights:
-    """The flight with the most time in the air; Refusal `no_flight` or `too_short`."""
+def choose_flight(log: FlightLog, recorded: Interval | None = None) -> Flights:
+    """The flight with the most time in the air; Refusal `no_flight` or `too_short`.
+
+    Args:
+        log: the log.
+        recorded: what a current sensor recorded of it: the time in the air within that counts.
+    """
     in_air, warnings = _in_air(log)
     armings = log.armed or (Interval(0.0, log.duration_s),)
     flown = [(a, overlap(in_air, (a,))) for a in armings]
     flown = [(a, air) for a, air in flown if air]
     if not flown:
         raise Refusal("no_flight", f"{log.name}: {_why_no_flight(log)}")
-    arming, air = max(flown, key=lambda pair: sum(s.duration_s for s in pair[1]))
-    time_in_air = sum(s.duration_s for s in air)
+    longest = max(flown, key=lambda pair: _sum_s(pair[1]))
+    counting = (recorded or Interval(-np.inf, np.inf),)
+    chosen = max((longest, *flown), key=lambda pair: _sum_s(overlap(pair[1], counting)))
+    why = "the longest" if chosen is longest else "the one that the sensor recorded"
+    arming, air = chosen
+    time_in_air = _sum_s(air)
     if time_in_air < SHORTEST_FLIGHT_S:
         raise Refusal(
             "too_short",
-            f"{log.name}: {time_in_air:.1f} s in the air, the longest of {len(flown)} flights; "
+            f"{log.name}: {time_in_air:.1f} s in the air, {why} of {len(flown)} flights; "
             f"at least {SHORTEST_FLIGHT_S:g} s are needed",
         )
     flight = Interval(air[0].start_s, air[-1].stop_s)
     others = tuple(a for a in armings if a is not arming)
-    said = [*warnings, *_edges(flight, log), *_several(flown, arming, log)]
+    said = [*warnings, *_edges(flight, log), *_several(flown, arming, why, log)]
     return Flights(flight, _window(arming, armings, log), others, in_air, tuple(said))
+
+
+def _sum_s(spans: Sequence[Interval]) -> float:
+    return sum(s.duration_s for s in spans)
 
 
 def _in_air(log: FlightLog) -> tuple[tuple[Interval, ...], list[LogWarning]]:
@@ -132,9 +145,12 @@ def _edges(flight: Interval, log: FlightLog) -> list[LogWarning]:
 
 
 def _several(
-    flown: Sequence[tuple[Interval, tuple[Interval, ...]]], chosen: Interval, log: FlightLog
+    flown: Sequence[tuple[Interval, tuple[Interval, ...]]],
+    chosen: Interval,
+    why: str,
+    log: FlightLog,
 ) -> list[LogWarning]:
-    rest = [(a, sum(s.duration_s for s in air)) for a, air in flown if a is not chosen]
+    rest = [(a, _sum_s(air)) for a, air in flown if a is not chosen]
     if not rest:
         return []
     named = ", ".join(
@@ -142,7 +158,7 @@ def _several(
     )
     drawn = sum(_drawn_Ah(log, chosen.start_s))
     before = f"; {drawn:.2f} Ah were drawn before it" if drawn > 0 else ""
-    text = f"{len(flown)} flights in the log, the longest is analysed{before}; not: {named}"
+    text = f"{len(flown)} flights in the log, {why} is analysed{before}; not: {named}"
     return [LogWarning("several_flights", text)]
 
 

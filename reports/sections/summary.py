@@ -169,4 +169,4 @@ def _other_flights(report: FlightReport) -> tuple[Row, ...]:
     if not others:
         return ()
     spans = ", ".join(f"{fixed(o.start_s, 0)}–{fixed(o.stop_s, 0)} s" for o in others)
-    return (Row(label="Other armed spans", value=spans, note="not analysed: shorter"),)
+    return (Row(label="Other armed spans", value=spans, note="not analysed"),)

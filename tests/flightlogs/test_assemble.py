@@ -12,7 +12,7 @@ from flightlogs import quality
 from flightlogs.align import AlignedSensor
 from flightlogs.assemble import assemble
 from flightlogs.errors import Refusal
-from flightlogs.log import Channel, FlightLog
+from flightlogs.log import Channel, FlightLog, Interval
 from flightlogs.read import read_log
 from flightlogs.recording import ClockFit, Recording
 from flightlogs.resample import resample
@@ -106,6 +106,16 @@ def test_a_sensor_that_missed_the_flight_is_refused() -> None:
     with pytest.raises(Refusal, match="0 samples of the current") as caught:
         assemble(log(), sensor=sensor)
     assert caught.value.code == "too_short"
+
+
+def test_of_several_flights_the_one_that_the_sensor_recorded_is_taken() -> None:
+    armed = (Interval(4, 17), Interval(18, 46))
+    several = log(armed=armed, in_air=(Interval(5, 16), Interval(19, 45)))
+    t = px4.times(10.0, 0.0, 17.0)
+    sensor = AlignedSensor(time_s=t, current_A=px4.current(t), fit=FIT)
+    got = assemble(several, sensor=sensor)
+    assert got.flight == Interval(5, 16)
+    assert codes(got) == ["several_flights"]
 
 
 @settings(max_examples=30, deadline=None)

@@ -82,6 +82,25 @@ def test_of_several_armings_the_one_with_most_time_in_the_air_is_taken() -> None
 
 
 @pytest.mark.parametrize(
+    ("recorded", "taken", "why"),
+    [
+        (Interval(0, 11), Interval(2, 9), "the one that the sensor recorded is analysed"),
+        (Interval(0, 50), Interval(13, 47), "the longest is analysed"),
+        (Interval(5, 50), Interval(13, 47), "the longest is analysed"),
+        (Interval(47.5, 50), Interval(13, 47), "the longest is analysed"),
+    ],
+)
+def test_of_several_flights_the_one_that_a_sensor_recorded_is_taken(
+    recorded: Interval, taken: Interval, why: str
+) -> None:
+    armed = (Interval(1, 10), Interval(12, 48))
+    several = log(armed=armed, in_air=(Interval(2, 9), Interval(13, 47)))
+    got = choose_flight(several, recorded)
+    assert got.flight == taken
+    assert why in got.warnings[0].message
+
+
+@pytest.mark.parametrize(
     ("span", "code"), [(Interval(0.0, 40.0), "starts_in_air"), (Interval(9, 49.9), "ends_in_air")]
 )
 def test_a_flight_cut_by_the_log_is_said(span: Interval, code: str) -> None:
