@@ -9,7 +9,7 @@ import numpy.typing as npt
 from flightlogs import quality
 from flightlogs.errors import LogDamaged, LogError, LogWarning
 from flightlogs.log import FloatArray, check_increasing, frozen_array
-from flightlogs.sensor_table import read_table
+from flightlogs.sensor_table import RawTable, read_table
 
 ABSURD_A = 1000.0
 """No pack that a multirotor carries gives more: such a value is a damaged number (3.4e38)."""
@@ -19,6 +19,8 @@ RAIL_TOLERANCE_A = 1.0
 JUMP_S = 3600.0
 """A longer pause is another session, or the clock being set."""
 GAP_STEPS = 2.5
+COPIED_SHARE = 0.9
+"""Of the rows that repeat a stamp: if so many repeat the values too, rows were written twice."""
 COARSE_SHARE = 0.5
 """Share of equal neighbouring stamps from which the stamps are coarser than the sampling."""
 
@@ -35,7 +37,7 @@ class SensorCounts:
         malformed: rows that could not be read as numbers (the truncated last one included).
         repeated_headers: header lines after the first.
         stray_stamps: rows whose stamp jumps away and back, dropped.
-        duplicate_stamps: rows that repeat the stamp before them, dropped.
+        duplicate_stamps: rows that repeat the stamp before them, or the whole row, dropped.
         resets: times the clock went back for good.
         rows_after_reset: rows of the pieces that were left out because of the resets.
         missing: kept rows without a current (NaN, empty).
@@ -108,9 +110,10 @@ def read_sensor(stream: BinaryIO, *, name: str) -> SensorLog:
         LogDamaged: a table, but without two samples on one clock, or without any current.
     """
     raw = read_table(stream.read(), name)
-    time_s, coarse = spread_coarse(raw.time_s)
+    once = ~copies(raw)
+    time_s, coarse = spread_coarse(raw.time_s[once])
     good, stray, duplicate, resets, after_reset = keep_one_clock(time_s)
-    t, i = time_s[good], raw.current_A[good]
+    t, i = time_s[good], raw.current_A[once][good]
     absurd, missing = np.abs(i) > ABSURD_A, ~np.isfinite(i)  # an infinite value is absurd
     absurd, missing = absurd | np.isinf(i), missing & ~np.isinf(i)
     i = np.where(absurd, np.nan, i)
@@ -128,7 +131,7 @@ def read_sensor(stream: BinaryIO, *, name: str) -> SensorLog:
         malformed=raw.malformed,
         repeated_headers=raw.repeated_headers,
         stray_stamps=stray,
-        duplicate_stamps=duplicate,
+        duplicate_stamps=duplicate + int(np.sum(~once)),
         resets=resets,
         rows_after_reset=after_reset,
         missing=int(np.sum(missing)),
@@ -147,11 +150,20 @@ def read_sensor(stream: BinaryIO, *, name: str) -> SensorLog:
         name=name,
         time_s=t - t[0],
         current_A=-i if inverted else i,
-        voltage_V=None if raw.voltage_V is None else raw.voltage_V[good],
+        voltage_V=None if raw.voltage_V is None else raw.voltage_V[once][good],
         inverted=inverted,
         counts=counts,
         warnings=(*raw.warnings, *said, *told(counts, name)),
     )
+
+
+def copies(raw: RawTable) -> BoolArray:
+    """(n,) rows that are the row before them once more; none where stamps are only coarse."""
+    columns = [v for v in (raw.time_s, raw.current_A, raw.voltage_V) if v is not None]
+    same = [(v[1:] == v[:-1]) | (np.isnan(v[1:]) & np.isnan(v[:-1])) for v in columns]
+    whole = np.append(False, np.all(same, axis=0))
+    many = np.sum(whole) >= COPIED_SHARE * np.sum(same[0])
+    return np.asarray(whole & many)
 
 
 def spread_coarse(time_s: FloatArray) -> tuple[FloatArray, bool]:

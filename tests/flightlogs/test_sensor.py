@@ -167,6 +167,21 @@ def test_rows_that_repeat_a_stamp_are_counted() -> None:
     assert log.counts.duplicate_stamps == 1
 
 
+@pytest.mark.parametrize("times", [2, 3])
+def test_rows_that_are_written_again_are_dropped_and_counted(times) -> None:
+    log = read(table(t=np.repeat(TIME_S, times), i=np.repeat(CURRENT_A, times)))
+    same(log)
+    assert log.counts.duplicate_stamps == (times - 1) * N
+    assert codes(log) == {"duplicate_stamps"}
+
+
+def test_coarse_stamps_of_a_current_that_stands_still_at_times_are_spread() -> None:
+    still = np.where(TIME_S < 15, 0.44, CURRENT_A)
+    log = read(table(t=np.floor(TIME_S + 0.45), i=still))
+    assert log.current_A == pytest.approx(still)
+    assert codes(log) == {"coarse_stamps"}
+
+
 @pytest.mark.parametrize(
     ("value", "field"),
     [("nan", "missing"), ("", "missing"), ("3.4e38", "absurd"), ("-inf", "absurd"),
