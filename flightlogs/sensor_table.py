@@ -27,12 +27,14 @@ TIME_UNITS = {
     **dict.fromkeys(("s", "sec", "secs", "second", "seconds"), 1.0),
     **dict.fromkeys(("ms", "msec", "millis", "millisecond", "milliseconds"), 1e-3),
     **dict.fromkeys(("us", "µs", "μs", "usec", "micros", "microsecond", "microseconds"), 1e-6),
+    **dict.fromkeys(("ns", "nsec", "nanos", "nanosecond", "nanoseconds"), 1e-9),
     **dict.fromkeys(("min", "minutes"), 60.0),
     **dict.fromkeys(("h", "hours"), 3600.0),
 }
 CURRENT_UNITS = {
     **dict.fromkeys(("a", "amp", "amps", "ampere", "amperes"), 1.0),
     **dict.fromkeys(("ma", "milliamp", "milliamps", "milliampere"), 1e-3),
+    **dict.fromkeys(("ca", "centiamp", "centiamps", "centiampere"), 1e-2),
 }
 VOLTAGE_UNITS = {
     **dict.fromkeys(("v", "volt", "volts"), 1.0),
@@ -41,7 +43,10 @@ VOLTAGE_UNITS = {
 TIME_WORDS = {"time", "timestamp", "t", "elapsed", "clock", "tick", "date", "datetime", "zeit"}
 CURRENT_WORDS = {"current", "curr", "i", "ibat", "strom", "shunt"}
 VOLTAGE_WORDS = {"voltage", "u", "vbat", "spannung", "pack"}
+WHOLE_WORDS = {"total", "sum", "battery", "batt", "bat", "ibat", "pack", "main"}
+"""Of a current: it is not that of one motor among several."""
 OTHER_UNITS = {"c", "degc", "k", "w", "ah", "mah", "wh", "%", "hz", "rpm", "ohm"}
+UNITS = OTHER_UNITS | TIME_UNITS.keys() | CURRENT_UNITS.keys() | VOLTAGE_UNITS.keys()
 MISSING = {"", "nan", "na", "n/a", "null", "none", "-", "--"}
 DATE_FORMATS = ("%d.%m.%Y %H:%M:%S", "%d/%m/%Y %H:%M:%S", "%Y/%m/%d %H:%M:%S", "%H:%M:%S")
 
@@ -151,7 +156,7 @@ def column(index: int, name: str, quantity: set[str], units: dict[str, float]) -
     """The column if its name says this quantity, or nothing but a unit of it."""
     found = words(name)
     unit = next((units[w] for w in reversed(found) if w in units), None)
-    foreign = unit is None and any(w in OTHER_UNITS for w in found)
+    foreign = unit is None and any(w in UNITS for w in found)
     named = any(w in quantity for w in found) and not foreign
     return Column(index, name, unit) if named or (unit is not None and len(found) == 1) else None
 
@@ -170,6 +175,11 @@ def columns(header: list[str]) -> dict[str, list[Column]]:
                 out[kind].append(c)
                 break
     return out
+
+
+def likeliness(current: Column) -> tuple[bool, bool]:
+    """Of a column to be the current of the pack: by what it says of itself, then by its unit."""
+    return not WHOLE_WORDS.isdisjoint(words(current.name)), current.factor is not None
 
 
 def find_header(rows: list[list[str]], comments: list[str], delimiter: str) -> list[str] | None:
@@ -257,9 +267,9 @@ def extract(
     notes: list[LogWarning] = []
     named = columns(header) if header else guess_columns(body, notes, name)
     time_s = times(body, named["time"], notes, name)
-    column = named["current"][0]
+    column = max(named["current"], key=likeliness)
     if len(named["current"]) > 1:
-        others = ", ".join(c.name for c in named["current"][1:])
+        others = ", ".join(c.name for c in named["current"] if c is not column)
         text = f"several columns name a current: {column.name} is used, not {others}"
         notes.append(LogWarning("several_currents", text, name))
     current, readable = values(body, column.index)
@@ -334,8 +344,10 @@ def guess_time_factor(column: Column, raw: FloatArray, notes: list[LogWarning], 
     """The unit that brings the usual step closest to that of the module."""
     steps = np.diff(raw[np.isfinite(raw)])
     usual = float(np.median(steps[steps > 0])) if np.any(steps > 0) else 1.0
-    unit = min(("s", "ms", "us"), key=lambda u: abs(np.log(usual * TIME_UNITS[u] / NOMINAL_STEP_S)))
-    text = f"{column.name} names no unit: steps of {usual:g} are taken for {unit}"
+    unit = min(
+        ("s", "ms", "us", "ns"), key=lambda u: abs(np.log(usual * TIME_UNITS[u] / NOMINAL_STEP_S))
+    )
+    text = f"{column.name} names no unit known here: steps of {usual:g} are taken for {unit}"
     notes.append(LogWarning("time_unit_inferred", text, name))
     return TIME_UNITS[unit]
 
@@ -346,6 +358,6 @@ def current_factor(column: Column, raw: FloatArray, notes: list[LogWarning], nam
         return column.factor
     sane = np.abs(raw[np.isfinite(raw)])
     unit = "mA" if sane.size and np.percentile(sane, 99) > LARGEST_IN_A else "A"
-    text = f"{column.name} names no unit: taken for {unit}"
+    text = f"{column.name} names no unit known here: taken for {unit}"
     notes.append(LogWarning("current_unit_inferred", text, name))
     return CURRENT_UNITS[unit.lower()]

@@ -46,6 +46,7 @@ def same(log: SensorLog) -> None:
         ("timeMs,currentA", 1e3, 1),
         ("millis,amps", 1e3, 1),
         ("t[s],I[mA]", 1, 1e3),
+        ("timestamp_ns,current_cA", 1e9, 1e2),
         ("t;I", 1, 1),
     ],
 )
@@ -54,6 +55,40 @@ def test_any_header_that_names_quantity_and_unit_will_do(header, per_second, per
     log = read(table(header, t=TIME_S * per_second, i=CURRENT_A * per_ampere, sep=sep))
     same(log)
     assert ("time_unit_inferred" in codes(log)) == (header == "t;I")
+
+
+@pytest.mark.parametrize(
+    ("header", "place", "said"),
+    [
+        ("time_s,shunt (mV),Current (A)", 1, ""),
+        ("time_s,current_s,current_A", 1, ""),
+        ("time_s,current_1 (A),current_2 (A),current_total (A)", 2, "current_total (A) is used"),
+        ("time_s,I 1,I battery,current_A", 1, "I battery is used, not I 1, current_A"),
+        ("time_s,current,current (A)", 1, "current (A) is used, not current"),
+        ("time_s,current_1 (A),current_2 (A)", 0, "current_1 (A) is used, not current_2 (A)"),
+    ],
+)
+def test_of_several_columns_the_current_of_the_pack_is_taken(header, place, said) -> None:
+    others = header.count(",")
+    rows = [
+        f"{t:.3f}," + ",".join(f"{i if k == place else 0.2 * i:.4f}" for k in range(others))
+        for t, i in zip(TIME_S, CURRENT_A, strict=True)
+    ]
+    log = read(f"{header}\n" + "\n".join(rows) + "\n")
+    assert log.current_A == pytest.approx(CURRENT_A)
+    assert ("several_currents" in codes(log)) == bool(said)
+    assert not said or any(said in w.message for w in log.warnings)
+
+
+def test_a_unit_that_is_not_known_is_doubted_as_what_it_is() -> None:
+    (warning,) = read(table("time_s,current_adc")).warnings
+    assert warning.code == "current_unit_inferred"
+    assert "current_adc names no unit known here: taken for A" in warning.message
+
+
+def test_nanoseconds_since_1970_are_a_time_without_a_unit_too() -> None:
+    log = read(table("timestamp,current_A", t=1e9 * (1.7e9 + TIME_S)))
+    assert log.time_s == pytest.approx(TIME_S - TIME_S[0], abs=1e-6)
 
 
 @pytest.mark.parametrize("sep", [",", ";", "\t", " ", "|"])
