@@ -4,6 +4,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from flightlogs import quality
 from flightlogs.errors import LogWarning
 from flightlogs.log import BatteryLog, FloatArray
 from flightlogs.stamps import increasing
@@ -15,6 +16,7 @@ IMPOSSIBLE_A, IMPOSSIBLE_V = 2000.0, 1000.0  # beyond any multirotor: the bytes 
 COLDEST_K, HOTTEST_K = 213.15, 393.15
 """-60 degC: the electrolyte is frozen; 120 degC: separators melt. No cell flies beyond either."""
 NEAR_ZERO_K = 3.0  # a pack that passes through 0 degC is measured beside it, too
+LEAST_REVERSED_A = 1.0  # less carries no multirotor, reversed or not: a zero that is off
 STILL_VOLTAGE = 0.03  # share of its median within which an unloaded or unwired voltage stays
 
 
@@ -65,8 +67,17 @@ class _Judge:
             self.warn("impossible_values", message)
         return np.where(absurd | ~np.isfinite(values), np.nan, values)
 
-    def current(self, current_A: FloatArray) -> FloatArray | None:
+    def current(
+        self, time_s: FloatArray, current_A: FloatArray, voltage_V: FloatArray
+    ) -> FloatArray | None:
         current_A = self.possible(current_A, IMPOSSIBLE_A, "A")
+        if reversed_current(time_s, current_A, voltage_V):
+            message = (
+                f"the log counts discharge negative (down to {np.nanmin(current_A):.1f} A, and the "
+                "voltage falls with it): sign turned. Correct the current sensor, or its scale"
+            )
+            self.warn("current_sign_turned", message)
+            current_A = -current_A
         known = current_A[np.isfinite(current_A)]
         if known.size and known.max() > 0:
             return current_A
@@ -121,6 +132,22 @@ class _Judge:
         return charge_C if known.size and np.ptp(known) > 0 else None
 
 
+def reversed_current(time_s: FloatArray, current_A: FloatArray, voltage_V: FloatArray) -> bool:
+    """Whether (n,) currents are mostly negative and the voltage (n,) falls the more they are.
+
+    A pack that is charged has negative currents too, but its voltage rises with them; a sensor
+    whose zero is off reads less where more is drawn only if it is reversed as well.
+    """
+    known = current_A[np.isfinite(current_A)]
+    if not known.size:
+        return False
+    low, high = np.percentile(known, [5, 95])
+    if -low <= max(float(high), LEAST_REVERSED_A):
+        return False
+    volts = np.where(voltage_V > DEAD_VOLTAGE_V, voltage_V, np.nan)
+    return quality.resistance(time_s, -current_A, volts) is not None
+
+
 def battery_log(raw: RawBattery, instance: int) -> tuple[BatteryLog, tuple[LogWarning, ...]]:
     """The battery, its unmeasured channels None and its times increasing, and the warnings."""
     judge = _Judge(raw.label)
@@ -133,7 +160,7 @@ def battery_log(raw: RawBattery, instance: int) -> tuple[BatteryLog, tuple[LogWa
     def rows(values: FloatArray | None) -> FloatArray | None:
         return None if values is None else values[kept]
 
-    current_A = judge.current(raw.current_A[kept])
+    current_A = judge.current(raw.time_s[kept], raw.current_A[kept], raw.voltage_V[kept])
     battery = BatteryLog(
         instance=instance,
         label=raw.label,

@@ -175,11 +175,18 @@ def test_a_counter_that_disagrees_is_said_and_a_reset_of_it_is_not_counted() -> 
     assert right.coulomb_check == pytest.approx(1.0, abs=5e-3)
 
 
-def test_a_reversed_current_is_used_as_it_is_and_said() -> None:
-    written = px4.trace(px4.times(5.0))
-    reversed_A = -np.asarray(written.current_A)
+def test_a_reversed_current_is_turned_and_said() -> None:
+    written_A = np.asarray(px4.trace(px4.times(5.0)).current_A)
+    got = assemble(log(px4.ulog({"battery": px4.pack(current_A=-written_A)})))
+    np.testing.assert_allclose(got.current_A, written_A, rtol=1e-6)
+    assert codes(got) == ["current_sign_turned"]
+
+
+def test_a_negative_current_that_the_voltage_ignores_is_used_as_it_is_and_said() -> None:
+    reversed_A = -np.asarray(px4.trace(px4.times(5.0)).current_A)
     reversed_A[0] = 0.3  # noise of the sensor on the ground
-    got = assemble(log(px4.ulog({"battery": px4.pack(current_A=reversed_A)})))
+    flat = px4.pack(current_A=reversed_A, voltage_V=np.full(reversed_A.size, 16.0))
+    got = assemble(log(px4.ulog({"battery": flat})))
     np.testing.assert_allclose(got.current_A, reversed_A, rtol=1e-6)
     said = next(w.message for w in got.warnings if w.code == "current_sign_doubtful")
     assert "gave -0.16" in said  # 15 A for 40 s, and the manoeuvres

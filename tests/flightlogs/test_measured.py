@@ -60,3 +60,48 @@ def test_zeros_beside_nothing_but_impossible_values_are_no_temperature() -> None
     battery, said = judged(np.where(T < 1.95, 0.0, 2600.0))
     assert battery.temperature_K is None
     assert list(said) == ["impossible_values"]
+
+
+def with_current(current_A: np.ndarray, voltage_V: np.ndarray) -> tuple[BatteryLog, list[str]]:
+    raw = RawBattery(
+        label="battery 0",
+        source="battery.current",
+        time_s=T,
+        current_A=current_A,
+        voltage_V=voltage_V,
+    )
+    battery, warnings = battery_log(raw, 0)
+    return battery, [w.code for w in warnings]
+
+
+DRAWN_A = 15 + 5 * np.sin(T)
+
+
+@pytest.mark.parametrize("offset_A", [0.0, 12.0])  # positive at times, or never
+def test_a_reversed_current_that_the_voltage_follows_is_turned_and_said(offset_A: float) -> None:
+    battery, said = with_current(offset_A - DRAWN_A, 16 - 0.02 * DRAWN_A)
+    np.testing.assert_allclose(battery.current_A, DRAWN_A - offset_A)
+    assert said == ["current_sign_turned"]
+
+
+@pytest.mark.parametrize(
+    ("current_A", "voltage_V"),
+    [
+        (-DRAWN_A, 16 + 0.02 * DRAWN_A),  # charging: the more current, the more voltage
+        (-DRAWN_A, 16 + 0 * T),  # nothing tells it from a zero that is off
+        (-0.02 * DRAWN_A, 16 - 0.02 * DRAWN_A),
+    ],
+)
+def test_a_negative_current_that_is_no_discharge_is_not_turned(
+    current_A: np.ndarray, voltage_V: np.ndarray
+) -> None:
+    battery, said = with_current(current_A, voltage_V)
+    assert battery.current_A is None
+    assert "current_sign_turned" not in said
+    assert "current_not_measured" in said
+
+
+def test_a_regular_current_keeps_its_sign() -> None:
+    battery, said = with_current(DRAWN_A, 16 - 0.02 * DRAWN_A)
+    np.testing.assert_array_equal(battery.current_A, DRAWN_A)
+    assert not said
