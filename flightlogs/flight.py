@@ -12,6 +12,7 @@ from flightlogs.spans import IN_AIR_THROTTLE, flying_by_throttle, overlap, spans
 
 SHORTEST_FLIGHT_S = 5.0  # shorter hops have no hover and no motion to speak of
 EDGE_S = 1.0  # a flight that starts so soon after the log does was under way
+LAST_S = 0.2  # a landing said later may be the impact that took the power
 CONTRAST = 3.0  # flight draws at least this many times what the electronics on the ground draw
 FLIGHT_SHARE = 0.3  # of the current in flight: above it the motors carry the vehicle
 SHORTEST_BURST_S = 2.0  # a spin-up test is shorter than a flight
@@ -81,7 +82,7 @@ def choose_flight(log: FlightLog, recorded: Interval | None = None) -> Flights:
         )
     flight = Interval(air[0].start_s, air[-1].stop_s)
     others = tuple(a for a in armings if a is not arming)
-    said = [*warnings, *_edges(flight, log), *_several(flown, arming, why, log)]
+    said = [*warnings, *_edges(flight, arming, log), *_several(flown, arming, why, log)]
     return Flights(flight, _window(arming, armings, log), others, in_air, tuple(said))
 
 
@@ -133,12 +134,14 @@ def _why_no_flight(log: FlightLog) -> str:
     )
 
 
-def _edges(flight: Interval, log: FlightLog) -> list[LogWarning]:
+def _edges(flight: Interval, arming: Interval, log: FlightLog) -> list[LogWarning]:
+    """Where the log begins or ends with the flight; it ends with a landing that was logged."""
     warnings = []
+    landed = flight.stop_s < min(arming.stop_s, log.duration_s - LAST_S)
     if flight.start_s < EDGE_S:
         text = "the log starts in the air: take-off and the charge drawn before are missing"
         warnings.append(LogWarning("starts_in_air", text, f"{flight.start_s:.1f} s"))
-    if flight.stop_s > log.duration_s - EDGE_S:
+    if flight.stop_s > log.duration_s - EDGE_S and not landed:
         text = "the log ends in the air: cut off, or a crash"
         warnings.append(LogWarning("ends_in_air", text, f"{flight.stop_s:.1f} s"))
     return warnings

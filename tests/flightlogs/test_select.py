@@ -107,6 +107,16 @@ def test_a_flight_cut_by_the_log_is_said(span: Interval, code: str) -> None:
     assert codes(choose_flight(log(in_air=(span,))).warnings) == [code]
 
 
+@pytest.mark.parametrize(
+    ("disarmed_s", "expected"), [(49.98, []), (49.3, []), (49.2, ["ends_in_air"])]
+)
+def test_a_log_that_stops_soon_after_the_landing_does_not_end_in_the_air(
+    disarmed_s: float, expected: list[str]
+) -> None:
+    got = choose_flight(log(in_air=(Interval(9, 49.2),), armed=(Interval(1, disarmed_s),)))
+    assert codes(got.warnings) == expected
+
+
 @pytest.mark.parametrize("thrust", ["thrust", None])
 def test_without_a_land_detector_the_flight_is_inferred(thrust: str | None) -> None:
     missing = {} if thrust else {"thrust": None}
