@@ -112,14 +112,15 @@ def stamp_bytes(data: bytes) -> int | None:
     """8 for a tlog, 0 for a bare stream of packets, None for neither.
 
     Decided by the first packet whose checksum holds: the next one begins right after it, or after
-    the bytes of a time stamp.
+    the bytes of a time stamp. Where neither does, by what lies before it.
     """
     for at in range(min(len(data), PROBE_BYTES)):
         packet = packet_at(data, at) if data[at] in HEADER else None
         if packet is not None and is_sound(data, packet):
-            bare = packet_at(data, packet.stop)
-            if bare is not None and is_sound(data, bare) is not False:
-                return 0
+            for gap in (0, STAMP):
+                following = packet_at(data, packet.stop + gap)
+                if following is not None and is_sound(data, following) is not False:
+                    return gap
             return STAMP if at >= STAMP else 0
     return None
 

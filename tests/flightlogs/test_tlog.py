@@ -274,6 +274,14 @@ def test_a_stream_without_stamps_is_read_on_its_boot_times() -> None:
     assert np.max(np.abs(log.batteries[0].time_s - T[-log.batteries[0].time_s.size :])) < 0.21
 
 
+@pytest.mark.parametrize("cut", range(1, 10))
+def test_a_log_that_lost_its_first_bytes_keeps_the_times_of_the_others(cut: int) -> None:
+    log = read(whole()[cut:])
+    assert "time_base_reconstructed" not in codes(log)
+    assert log.batteries[0].time_s == pytest.approx(T, abs=1e-6)
+    assert log.recovered_fraction > 1 - 100 / len(whole())
+
+
 @settings(max_examples=60, deadline=None)
 @given(st.integers(0, len(whole())))
 def test_a_log_cut_anywhere_gives_its_beginning_or_says_why_not(size: int) -> None:
