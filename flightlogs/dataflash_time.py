@@ -21,6 +21,8 @@ NOT_DATA = frozenset(
 ROW_PERIOD_S = 1.0  # ArduCopter 3.0 logs CURR in its one-hertz loop
 PERIOD_TOLERANCE = 0.05
 MIN_CHARGE_MAH = 5.0  # less does not resolve the period to 5 % (the counter starts between rows)
+LOST_STEPS = 2.5  # of the usual step by the counter: one missing row makes 2 of it
+LOST_MAH = 2.0  # beyond what a counter in whole mAh adds to a step
 
 Timed = Mapping[str, tuple[Table, FloatArray]]
 
@@ -74,9 +76,9 @@ def _reconstructed(raw: RawLog) -> tuple[Timed, FileClock]:
         base = gps.offset, gps.numbers[GPS_WEEK_TIME] * MILLI
         reason = f"the time of week of its {len(gps)} GPS rows"
     elif current is not None and len(current) > 1:
-        period_s, evidence = row_period(current)
-        base = current.offset, np.arange(len(current)) * np.float64(period_s)
-        reason = f"{len(current)} CURR rows every {period_s:.3g} s ({evidence})"
+        time_s, evidence = row_times(current)
+        base = current.offset, time_s
+        reason = f"{len(current)} CURR rows {evidence}"
     else:
         return {}, file_clock({})
     clock = file_clock({"base": base}, reconstructed_from=reason)
@@ -92,18 +94,40 @@ def end_s(timed: Timed) -> float:
     return max((float(t.max()) for t in last if t.size), default=0.0)
 
 
-def row_period(current: Table) -> tuple[float, str]:
-    """Period of CURR rows [s], and the evidence in words.
+def row_times(current: Table) -> tuple[FloatArray, str]:
+    """(n,) times of CURR rows that have none [s], and the evidence in words.
 
-    The charge counter is the integral of the current, so the charge between the first and the last
-    row over the sum of the currents is the period. It decides: 1 s, the autopilot's own schedule,
-    if it agrees with that within its error, else what it says.
+    The charge counter is the integral of the current, so what it gains over the sum of the currents
+    is the period. It decides: 1 s, the autopilot's own schedule, if it agrees with that within its
+    error, else what it says. Where it gains far more from one row to the next than it usually does,
+    rows are missing: these steps do not count for the period, and last as long as it says.
     """
     amps = current.numbers["Curr"] * 0.01
-    drawn_mAh = float(np.ptp(current.numbers["CurrTot"]))
-    if drawn_mAh < MIN_CHARGE_MAH or np.sum(amps) <= 0:
-        return ROW_PERIOD_S, "the autopilot's schedule; no charge was drawn that could prove it"
-    proved_s = drawn_mAh * MAH_C / float(np.trapezoid(amps))
-    evidence = f"the charge counter says {proved_s:.3f} s"
-    agrees = abs(proved_s - ROW_PERIOD_S) <= PERIOD_TOLERANCE * ROW_PERIOD_S
-    return (ROW_PERIOD_S if agrees else proved_s), evidence
+    mean_A, gained_C = (amps[1:] + amps[:-1]) / 2, np.diff(current.numbers["CurrTot"]) * MAH_C
+    counted = (mean_A > 0) & (gained_C >= 0)
+    ratio_s = np.divide(gained_C, mean_A, out=np.zeros(mean_A.size), where=counted)
+    usual_s = _middle(ratio_s[counted], mean_A[counted]) or np.inf
+    lost = counted & (gained_C > LOST_MAH * MAH_C) & (ratio_s > LOST_STEPS * usual_s)
+    whole = counted & ~lost
+    if gained_C[whole].sum() < MIN_CHARGE_MAH * MAH_C:
+        period_s = ROW_PERIOD_S
+        said = "the autopilot's schedule; no charge was drawn that could prove it"
+    else:
+        proved_s = float(gained_C[whole].sum() / mean_A[whole].sum())
+        agrees = abs(proved_s - ROW_PERIOD_S) <= PERIOD_TOLERANCE * ROW_PERIOD_S
+        period_s = ROW_PERIOD_S if agrees else proved_s
+        said = f"the charge counter says {proved_s:.3f} s"
+    steps_s = np.where(lost, ratio_s, period_s)
+    if lost.any():
+        missing_s = float((steps_s - period_s)[lost].sum())
+        said += f", and that {missing_s:.0f} s are missing in {int(lost.sum())} places"
+    return np.append(0.0, np.cumsum(steps_s)), f"every {period_s:.3g} s ({said})"
+
+
+def _middle(values: FloatArray, weights: FloatArray) -> float:
+    """Median of (n,) values that count by their (n,) weights; 0 of none."""
+    if not values.size:
+        return 0.0
+    order = np.argsort(values)
+    below = np.cumsum(weights[order])
+    return float(values[order][np.searchsorted(below, below[-1] / 2)])

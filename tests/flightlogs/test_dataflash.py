@@ -214,6 +214,24 @@ def test_a_charge_counter_that_disagrees_with_one_hertz_is_believed() -> None:
     assert log.duration_s == pytest.approx(T[-1], rel=0.01)  # ten rows a second
 
 
+@pytest.mark.parametrize("digits", [6, 0])  # the counter's
+def test_rows_missing_in_a_text_log_without_times_leave_a_gap_and_the_period(digits: int) -> None:
+    every = slice(None, None, 10)
+    kept = (T[every] < 20) | (T[every] >= 38)
+    columns = {"Volt": VOLTAGE * 100, "Curr": CURRENT * 100, "CurrTot": CHARGE / 3.6}
+    rows = {name: np.round(values[every][kept], digits) for name, values in columns.items()}
+    order_s = np.arange(kept.sum())
+    log = read(text([w.Table(name="CURR", format="hhf", columns=rows, order_s=order_s)]))
+    found_s = log.batteries[0].time_s
+    before = T[every][kept] < 20
+    np.testing.assert_array_equal(found_s[before], T[every][kept][before])
+    # the gap's current is taken as that at its edges, and swings by a third of its mean
+    assert found_s[~before] == pytest.approx(T[every][kept][~before], abs=18 / 3)
+    said = next(w.message for w in log.warnings if w.code == "time_base_reconstructed")
+    assert "CURR rows every 1 s" in said
+    assert "s are missing in 1 places" in said
+
+
 def test_the_time_of_week_orders_a_text_log_without_other_times() -> None:
     place = np.arange(T.size)
     gps = w.Table(
