@@ -6,8 +6,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from flightlogs.errors import LogWarning, Refusal
+from flightlogs.holes import measured_charge_C
 from flightlogs.log import BatteryLog, FlightLog, Interval, Vehicle
-from flightlogs.resample import charge_C
 from flightlogs.spans import IN_AIR_THROTTLE, flying_by_throttle, overlap, spans_of
 
 SHORTEST_FLIGHT_S = 5.0  # shorter hops have no hover and no motion to speak of
@@ -170,7 +170,7 @@ def _drawn_Ah(log: FlightLog, until_s: float) -> list[float]:
     for battery in _with_current(log.batteries):
         assert battery.current_A is not None
         known = np.isfinite(battery.current_A) & (battery.time_s < until_s)
-        drawn.append(charge_C(battery.time_s[known], battery.current_A[known]) / AH_C)
+        drawn.append(measured_charge_C(battery.time_s[known], battery.current_A[known]) / AH_C)
     return drawn
 
 

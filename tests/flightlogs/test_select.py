@@ -81,6 +81,20 @@ def test_of_several_armings_the_one_with_most_time_in_the_air_is_taken() -> None
     assert f"{drawn_Ah:.2f} Ah were drawn before it" in got.warnings[0].message
 
 
+def test_nothing_is_drawn_while_nothing_is_logged() -> None:
+    whole = log()
+    later = np.where(whole.batteries[0].time_s < 11.9, 0.0, 3600.0)
+    pack = battery(whole, time_s=whole.batteries[0].time_s + later)
+    several = log(
+        armed=(Interval(1, 3610), Interval(3615, 3648)),
+        in_air=(Interval(2, 9), Interval(3615, 3645)),
+        batteries=(pack,),
+        duration_s=3650.0,
+    )
+    drawn_Ah = (0.5 * 5 + 15 * 10) / 3600  # 15 s of the log, and an hour of silence among them
+    assert f"{drawn_Ah:.2f} Ah were drawn before it" in choose_flight(several).warnings[0].message
+
+
 @pytest.mark.parametrize(
     ("recorded", "taken", "why"),
     [
