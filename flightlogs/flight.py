@@ -8,14 +8,13 @@ import numpy as np
 from flightlogs.errors import LogWarning, Refusal
 from flightlogs.holes import measured_charge_C
 from flightlogs.log import BatteryLog, FlightLog, Interval, Vehicle
-from flightlogs.spans import IN_AIR_THROTTLE, flying_by_throttle, overlap, spans_of
+from flightlogs.spans import IN_AIR_THROTTLE, flying_by_throttle, overlap, spans_of, without_dips
 
 SHORTEST_FLIGHT_S = 5.0  # shorter hops have no hover and no motion to speak of
 EDGE_S = 1.0  # a flight that starts so soon after the log does was under way
 LAST_S = 0.2  # a landing said later may be the impact that took the power
 CONTRAST = 3.0  # flight draws at least this many times what the electronics on the ground draw
 FLIGHT_SHARE = 0.3  # of the current in flight: above it the motors carry the vehicle
-SHORTEST_BURST_S = 2.0  # a spin-up test is shorter than a flight
 AH_C = 3600.0
 REFUSED = {
     Vehicle.FIXED_WING: ("fixed_wing", "a fixed wing"),
@@ -118,9 +117,8 @@ def _by_current(log: FlightLog) -> tuple[Interval, ...]:
         idle, flying = np.percentile(current, [5, 90])
         if flying < CONTRAST * max(float(idle), 0.0):
             continue
-        spans = spans_of(t, current > FLIGHT_SHARE * flying, log.duration_s)
-        spans = overlap(spans, log.armed) if log.armed else spans
-        return tuple(s for s in spans if s.duration_s >= SHORTEST_BURST_S)
+        spans = without_dips(spans_of(t, current > FLIGHT_SHARE * flying, log.duration_s))
+        return overlap(spans, log.armed) if log.armed else spans
     return ()
 
 

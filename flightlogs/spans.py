@@ -8,8 +8,8 @@ import numpy.typing as npt
 from flightlogs.log import FloatArray, Interval, ModeSpan
 
 IN_AIR_THROTTLE = 0.15  # below it no multirotor hovers; idle after arming is about 0.1
-THROTTLE_DIP_S = 3.0  # a fast descent may idle this long
-THROTTLE_BURST_S = 2.0  # a spin-up test is shorter than a flight
+DIP_S = 3.0  # a fast descent may idle this long
+BURST_S = 2.0  # a spin-up test is shorter than a flight
 
 
 def spans_of(time_s: FloatArray, on: npt.NDArray[np.bool_], end_s: float) -> tuple[Interval, ...]:
@@ -57,11 +57,15 @@ def flying_by_throttle(
 ) -> tuple[Interval, ...]:
     """Spans with more throttle than any landed multirotor needs; short dips and bursts ignored."""
     known = np.isfinite(throttle)
-    raw = spans_of(time_s[known], throttle[known] > threshold, end_s)
+    return without_dips(spans_of(time_s[known], throttle[known] > threshold, end_s))
+
+
+def without_dips(spans: Sequence[Interval]) -> tuple[Interval, ...]:
+    """Spans in time order, joined across short dips; what is then a short burst is left out."""
     joined: list[Interval] = []
-    for span in raw:
-        if joined and span.start_s - joined[-1].stop_s < THROTTLE_DIP_S:
+    for span in spans:
+        if joined and span.start_s - joined[-1].stop_s < DIP_S:
             joined[-1] = Interval(joined[-1].start_s, span.stop_s)
         else:
             joined.append(span)
-    return tuple(s for s in joined if s.duration_s >= THROTTLE_BURST_S)
+    return tuple(s for s in joined if s.duration_s >= BURST_S)

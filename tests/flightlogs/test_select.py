@@ -141,6 +141,17 @@ def test_without_a_land_detector_the_flight_is_inferred(thrust: str | None) -> N
     assert (thrust or "current") in got.warnings[0].message
 
 
+def test_descents_do_not_split_a_flight_inferred_from_the_current() -> None:
+    whole = log()
+    t, amps = whole.batteries[0].time_s, np.asarray(whole.batteries[0].current_A)
+    descent = ((t > 20) & (t < 22)) | ((t > 30) & (t < 32.5))
+    spun_up = (t > 1) & (t < 2)
+    amps = np.where(descent, 3.0, np.where(spun_up, 10.0, amps))
+    got = choose_flight(log(in_air=None, thrust=None, batteries=(battery(whole, current_A=amps),)))
+    (air,) = got.in_air
+    assert (air.start_s, air.stop_s) == pytest.approx((px4.TAKE_OFF_S, px4.LANDING_S), abs=0.3)
+
+
 def test_electronics_on_the_bench_are_no_flight() -> None:
     whole = log()
     idle = battery(whole, current_A=0.5 + 0.01 * np.sin(whole.batteries[0].time_s))
