@@ -57,9 +57,17 @@ def sensor_beside(log: Path) -> Path | None:
     """The recording of a current sensor next to a log: `flight.sensor.csv`, else `flight.csv`."""
     for suffix in SENSOR_SUFFIXES:
         path = log.with_name(log.stem + suffix)
-        if path != log and path.is_file():
+        if path != log and _is_file(path):
             return path
     return None
+
+
+def _is_file(path: Path) -> bool:
+    """False, too, of what cannot be: the suffix makes a long name too long."""
+    try:
+        return path.is_file()
+    except OSError:
+        return False
 
 
 def _files_below(

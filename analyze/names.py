@@ -3,6 +3,7 @@
 from collections.abc import Callable, Iterable
 from itertools import count
 
+LONGEST_BYTES = 240  # of a stem: file systems allow 255, and hash and number come behind it
 RESERVED = frozenset({"index.html", "fleet.parquet", "failures.json"})
 
 
@@ -12,12 +13,13 @@ def printable(name: str) -> str:
 
 
 def free_name(stem: str, digest: str, taken: Callable[[str], bool]) -> str:
-    """`stem`, else with the start of the log's hash, else with a number too.
+    """`stem`, cut if it is very long, else with the start of the log's hash, else a number too.
 
     The hash rather than a plain number: the same log then gets the same folder again, whatever
     else is in the run.
     """
-    for name in _proposals(stem, digest):
+    short = stem.encode()[:LONGEST_BYTES].decode(errors="ignore")
+    for name in _proposals(short, digest):
         if name.casefold() not in RESERVED and not taken(name):
             return name
     raise AssertionError("there is always a next number")

@@ -2,6 +2,7 @@
 
 import json
 from collections.abc import Mapping, Sequence
+from errno import ENAMETOOLONG
 from pathlib import Path
 
 import pyarrow as pa
@@ -64,8 +65,8 @@ def is_foreign(folder: Path) -> bool:
         names = [path.name for path in folder.iterdir()]
     except FileNotFoundError:
         return False
-    except OSError:  # no folder, or one that may not be looked into
-        return True
+    except OSError as e:  # no folder, or one that may not be looked into; a name too long is none
+        return e.errno != ENAMETOOLONG
     ours = (name in FLIGHT_FILES or name.endswith(PART) for name in names)
     return bool(names) and not any(ours)
 

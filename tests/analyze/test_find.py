@@ -9,6 +9,7 @@ from hypothesis import strategies as st
 
 from analyze.find import find, sensor_beside
 from analyze.names import RESERVED, free_name, printable
+from analyze.output import is_foreign
 
 
 def touch(folder: Path, *names: str) -> None:
@@ -115,6 +116,17 @@ def test_the_sensor_of_a_log_has_its_stem(tmp_path, files, expected) -> None:
     touch(tmp_path, "flight.ulg", *files)
     sensor = sensor_beside(tmp_path / "flight.ulg")
     assert (sensor.name if sensor else None) == expected
+
+
+def test_a_name_too_long_for_a_suffix_has_no_sensor(tmp_path) -> None:
+    long = f"{'l' * 250}.ulg"
+    touch(tmp_path, long)
+    assert sensor_beside(tmp_path / long) is None
+    assert found(tmp_path, ".") == ([long], 0)
+
+
+def test_a_folder_name_longer_than_the_file_system_allows_is_not_taken(tmp_path) -> None:
+    assert not is_foreign(tmp_path / ("l" * 300))
 
 
 def test_equal_stems_are_kept_apart_by_the_hash() -> None:

@@ -77,6 +77,19 @@ def test_a_folder_of_the_users_with_the_name_of_a_log_is_left_alone(tmp_path, an
     assert len(analysed) == 1
 
 
+@pytest.mark.parametrize("letter", ["l", "ü"])  # one byte, or two
+def test_names_as_long_as_a_file_system_allows_are_analysed(tmp_path, analysed, letter) -> None:
+    long = letter * (251 // len(letter.encode())) + ".ulg"
+    for folder in ("a", "b"):
+        put(tmp_path, f"logs/{folder}/{long}", end=folder.encode())
+    put(tmp_path, "logs/c.ulg")
+    run = call(tmp_path, "logs")
+    assert "3 analysed" in run.stdout
+    assert len(analysed) == 3
+    names = sorted(path.name for path in (tmp_path / "analysis").iterdir() if path.is_dir())
+    assert (len(names), len({name[:120] for name in names})) == (3, 2)
+
+
 @pytest.mark.usefixtures("analysed")
 def test_a_file_with_the_name_of_a_folder_is_left_alone(tmp_path) -> None:
     put(tmp_path, "flight")
