@@ -7,6 +7,7 @@ from errno import EACCES
 from pathlib import Path
 
 SENSOR_SUFFIXES = (".sensor.csv", ".SENSOR.CSV", ".csv", ".CSV")  # SD cards shout
+LOG_SUFFIXES = (".ulg", ".px4log", ".tlog")  # of nothing else; .bin and .log are names of much
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -14,7 +15,7 @@ class Found:
     """What lies under the paths.
 
     Attributes:
-        logs: files to analyse, sorted, none twice.
+        logs: files to analyse, sorted, none twice; those that only have a log's name included.
         unreadable: files and folders that could not be looked into, with the reason.
         passed_over: how many files in the folders are no logs.
     """
@@ -27,8 +28,9 @@ class Found:
 def find(paths: Sequence[Path], *, besides: Path, is_log: Callable[[Path], bool]) -> Found:
     """Files as they are named, and the logs in folders, searched below.
 
-    A file that is named is taken without a look: if it is no log, its reader says why. Folders
-    with a leading dot, links to folders and the folder of the results are not searched.
+    A file that is named is taken whatever it is, and one in a folder that is called a log, too: if
+    it is none, its reader says why. Folders with a leading dot, links to folders and the folder of
+    the results are not searched.
 
     Args:
         paths: files and folders.
@@ -40,9 +42,11 @@ def find(paths: Sequence[Path], *, besides: Path, is_log: Callable[[Path], bool]
     others = []
     folders = [p for p in paths if p.is_dir()]
     for path in _files_below(folders, besides.resolve(), unreadable):
+        if path.resolve() in named:
+            continue
         try:
-            if is_log(path):
-                named.setdefault(path.resolve(), path)
+            if is_log(path) or _called_a_log(path.name):
+                named[path.resolve()] = path
             else:
                 others.append(path)
         except OSError as e:
@@ -51,6 +55,11 @@ def find(paths: Sequence[Path], *, besides: Path, is_log: Callable[[Path], bool]
     sensors = {sensor for log in logs if (sensor := sensor_beside(log))}
     passed_over = len({p for p in others if p not in sensors})
     return Found(logs=logs, unreadable=tuple(unreadable), passed_over=passed_over)
+
+
+def _called_a_log(name: str) -> bool:
+    """By its extension alone; `._flight.ulg` is what macOS puts beside a file on a card."""
+    return name.casefold().endswith(LOG_SUFFIXES) and not name.startswith("._")
 
 
 def sensor_beside(log: Path) -> Path | None:

@@ -139,6 +139,23 @@ def test_a_file_that_is_no_log_fails_when_named(tmp_path) -> None:
     assert "(not_a_log)" in run.stderr
 
 
+def test_empty_and_damaged_logs_in_a_folder_fail_with_their_reasons(tmp_path) -> None:
+    (tmp_path / "logs").mkdir()
+    for name, content in {"a": b"", "b": b"ULo", "c": b"\x01\x02 no log at all"}.items():
+        (tmp_path / f"logs/{name}.ulg").write_bytes(content)
+    run = call(tmp_path, "logs", "--out", "o")
+    assert run.exit_code == 1
+    assert "0 analysed, 3 failed." in run.stdout
+    failures = json.loads((tmp_path / "o/failures.json").read_text(encoding="utf-8"))
+    assert [f["code"] for f in failures] == ["not_a_log"] * 3
+    said = [f["reason"].partition(";")[0] for f in failures]
+    assert said == [
+        "the file is empty",
+        "only the first 3 bytes of a ULog",
+        "no known log (it starts with 01 02 20 6e 6f 20 6c 6f)",
+    ]
+
+
 @pytest.mark.usefixtures("analysed")
 def test_quiet_says_only_what_failed(tmp_path) -> None:
     put(tmp_path, "a.ulg")

@@ -38,6 +38,20 @@ def test_a_file_that_is_named_is_taken_whatever_it_is(tmp_path) -> None:
     assert found(tmp_path, "notes.txt") == (["notes.txt"], 0)
 
 
+def test_a_file_that_is_called_a_log_is_taken_and_one_that_may_be_anything_is_not(tmp_path) -> None:
+    (tmp_path / "empty.ulg").touch()
+    touch(tmp_path, "c.ULG/b.tlog", "d.px4log", "e.TLOG", "f.bin", "g.log", "._h.tlog", "ulg")
+    assert found(tmp_path, ".") == (["c.ULG/b.tlog", "d.px4log", "e.TLOG", "empty.ulg"], 4)
+
+
+def test_a_file_that_is_named_and_in_a_folder_too_counts_once(tmp_path) -> None:
+    touch(tmp_path, "a.ulg", "x/notes.txt")
+    assert found(tmp_path, ".", "x/notes.txt") == (["a.ulg", "x/notes.txt"], 0)
+    failing = {"besides": tmp_path / "out", "is_log": lambda path: path.open("x")}
+    named = find([tmp_path, tmp_path / "a.ulg"], **failing)
+    assert (named.logs, len(named.unreadable)) == ((tmp_path / "a.ulg",), 1)
+
+
 def test_results_and_hidden_folders_are_not_searched(tmp_path) -> None:
     touch(tmp_path, "a.ulg", "analysis/a/b.ulg", ".trash/c.ulg")
     assert found(tmp_path, ".") == (["a.ulg"], 0)
