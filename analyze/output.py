@@ -9,7 +9,7 @@ import pyarrow as pa
 from pydantic import ValidationError
 
 from analyze.columns import as_parquet, replay_columns
-from reports.fleet import Fleet, FleetFlight, charge_ah, fleet_page
+from reports.fleet import Fleet, FleetFlight, charge_ah, fleet_page, names_of
 from reports.flight import FlightReport
 from reports.flight_page import flight_page
 from reports.render import render
@@ -87,7 +87,8 @@ def write_fleet(out: Path, fleet: Fleet) -> None:
         for f in sorted(fleet.failures, key=lambda f: f.file)
     ]
     write_whole(out / "failures.json", json.dumps(failures, indent=1, ensure_ascii=False) + "\n")
-    rows = [_fleet_row(f) for f in sorted(fleet.flights, key=lambda f: f.folder)]
+    flights = sorted(fleet.flights, key=lambda f: f.folder)
+    rows = [_fleet_row(f, called) for f, called in zip(flights, names_of(flights), strict=True)]
     write_whole(out / "fleet.parquet", as_parquet(_fleet_columns(rows)))
     write_whole(out / "index.html", render(fleet_page(fleet)))
 
@@ -121,7 +122,7 @@ FLEET_SCHEMA = pa.schema(
 )
 
 
-def _fleet_row(flight: FleetFlight) -> Mapping[str, object]:
+def _fleet_row(flight: FleetFlight, called: str) -> Mapping[str, object]:
     result = flight.result
     motions = {
         f"{name}_s": part["time_s"] if part else 0.0
@@ -129,7 +130,7 @@ def _fleet_row(flight: FleetFlight) -> Mapping[str, object]:
     }
     return {
         "folder": flight.folder,
-        **result.flight.model_dump(),
+        **result.flight.model_dump() | {"file": called},
         **result.pack.model_dump(),
         **motions,
         "current_source": result.quality.current_source,

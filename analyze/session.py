@@ -190,7 +190,10 @@ def _fleet_written(out: Path, fleet: Fleet) -> bool:
 
 def _fleet(tally: Tally, found: Found) -> Fleet:
     return Fleet(
-        flights=tuple(FleetFlight(folder=d.job.folder.name, result=d.result) for d in tally.done),
+        flights=tuple(
+            FleetFlight(folder=d.job.folder.name, log=d.job.shown, result=d.result)
+            for d in tally.done
+        ),
         failures=tuple(tally.failed),
         passed_over=found.passed_over,
         version=version(),

@@ -4,6 +4,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from urllib.parse import quote
 
+from reports.apart import ends_apart
 from reports.mismatch.words import listed, name, percent
 from reports.page import Page
 from reports.parts import LoadPart, MismatchPart, MotionPart
@@ -13,7 +14,7 @@ from reports.section import Cell, Column, Row, Section, Table
 
 FLIGHT_COLUMNS = (
     Column(title="flight", numeric=False),
-    Column(title="start (UTC)"),
+    Column(title="start (UTC)", numeric=False),
     Column(title="battery", numeric=False),
     Column(title="in flight [min:s]"),
     Column(title="charge [Ah]"),
@@ -26,16 +27,23 @@ FLIGHT_COLUMNS = (
 )
 FAILURE_COLUMNS = (
     Column(title="file", numeric=False),
-    Column(title="reason", numeric=False),
+    Column(title="reason", numeric=False, whole=True),
     Column(title="what it means", numeric=False),
 )
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class FleetFlight:
-    """A flight and the folder of its page, relative to the fleet's page."""
+    """An analysed flight.
+
+    Attributes:
+        folder: of its page, relative to the fleet's page.
+        log: its path as the user would find it.
+        result: the numbers.
+    """
 
     folder: str
+    log: str
     result: Result
 
 
@@ -95,6 +103,12 @@ def _order(flight: FleetFlight) -> tuple[bool, str, str]:
     return (start is None, start.isoformat() if start else "", flight.folder)
 
 
+def names_of(flights: Sequence[FleetFlight]) -> tuple[str, ...]:
+    """What each is called: its log, with as much of its path as tells it from the others."""
+    ends = ends_apart(f.log for f in flights)
+    return tuple(ends[f.log] for f in flights)
+
+
 def charge_ah(segments: Sequence[LoadPart]) -> float:
     """Drawn in all of them."""
     return sum(s.charge_ah for s in segments)
@@ -111,10 +125,11 @@ def _totals(flights: Sequence[FleetFlight], passed_over: int) -> tuple[Row, ...]
 
 
 def _flights(flights: Sequence[FleetFlight]) -> Table:
-    return Table(caption="Flights", columns=FLIGHT_COLUMNS, rows=tuple(map(_flight_row, flights)))
+    rows = tuple(map(_flight_row, flights, names_of(flights)))
+    return Table(caption="Flights", columns=FLIGHT_COLUMNS, rows=rows)
 
 
-def _flight_row(flight: FleetFlight) -> tuple[Cell, ...]:
+def _flight_row(flight: FleetFlight, called: str) -> tuple[Cell, ...]:
     result = flight.result
     start, replay, motions = result.flight.start_utc, result.replay, result.motions
     stopped = "" if replay.status == "done" else " (ended early)"
@@ -128,7 +143,7 @@ def _flight_row(flight: FleetFlight) -> tuple[Cell, ...]:
         missed(result.mismatch),
         str(len(result.quality.warnings)),
     )
-    link = Cell(text=result.flight.file, href=f"{_quoted(flight.folder)}/report.html")
+    link = Cell(text=called, href=f"{_quoted(flight.folder)}/report.html")
     return (link, *(Cell(text=text) for text in texts))
 
 

@@ -89,6 +89,7 @@ def test_a_folder_gives_an_index_a_table_and_the_failures(tmp_path) -> None:
     table = pq.read_table(tmp_path / "o/fleet.parquet")
     assert sorted(table["folder"].to_pylist()) == sorted(folders)
     assert table["hover_s"].to_pylist() == [16.0, 16.0]
+    assert sorted(table["file"].to_pylist()) == ["deep/a.ulg", "logs/a.ulg"]
     assert "a/report.html" in (tmp_path / "o/index.html").read_text(encoding="utf-8")
 
 

@@ -10,15 +10,19 @@ from pathlib import Path
 import pytest
 
 from proof.page import proof_page
+from reports.fleet import Failure, Fleet, FleetFlight, fleet_page
 from reports.flight_page import flight_page
 from reports.mismatch import mismatch_page
 from reports.render import render
+from reports.results import result_of
 from tests.proof.proof_example import proof as made_proof
 from tests.reports import example
-from tests.reports.mismatch_example import pair
+from tests.reports.mismatch_example import finding, pair
 from tests.reports.mismatch_example import report as mismatch_report
 from tests.reports.test_calibration_page import EVIL, found, renamed
 from tests.reports.test_calibration_page import page as calibration_html
+from twin.mismatch import Verdict
+from twin.solution import Status
 
 BROWSER = next(
     (p for name in ("chromium", "chromium-browser", "google-chrome") if (p := shutil.which(name))),
@@ -85,3 +89,25 @@ def test_a_browser_lays_the_page_out_without_fetching_or_overflowing(
     overflow, flat_drawings, fetched, figures = map(int, title.group(1).split(","))
     assert overflow <= 0
     assert (flat_drawings, fetched, figures) == (0, 0, drawings)
+
+
+def fleet(name: str) -> str:
+    """The page of a flight and a failure of long names, with as much in the row as there may be."""
+    early = example.solution(Status.LOWER_CUT_OFF, 100)
+    of = example.report(
+        pack=replace(example.fitted_pack(), serial=""), played=early,
+        mismatch=finding(Verdict.AMBIGUOUS),
+    )  # fmt: skip
+    flown = FleetFlight(folder="f", log=f"{name}.ulg", result=result_of(of))
+    lost = Failure(file=f"{name}/{name}.ulg", code="no_current", reason="0 A all along")
+    return render(
+        fleet_page(Fleet(flights=(flown,), failures=(lost,), passed_over=0, version="0.1.0"))
+    )
+
+
+def test_the_table_of_a_fleet_needs_no_scroll_bar_at_1200_pixels(tmp_path: Path) -> None:
+    probe = """<script>document.title = Math.max(...[...document.querySelectorAll(".wide")]
+      .map(table => table.scrollWidth - table.clientWidth));</script>"""
+    html = fleet("survey_north_field_2024_03_05_battery_A_run_17")
+    probed = dom(tmp_path, html.replace("</body>", probe + "</body>"), 1200)
+    assert "<title>0</title>" in probed

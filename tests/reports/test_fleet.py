@@ -5,6 +5,7 @@ from datetime import UTC, datetime
 
 import pytest
 
+from reports.apart import ends_apart
 from reports.fleet import Failure, Fleet, FleetFlight, fleet_page
 from reports.flight import NoMismatch
 from reports.render import render
@@ -18,7 +19,8 @@ from twin.solution import Status
 def flight(folder: str, day: int | None, **changes: object) -> FleetFlight:
     start = None if day is None else datetime(2025, 6, day, tzinfo=UTC)
     log = replace(example.log(f"{folder}.ulg"), start_utc=start)
-    return FleetFlight(folder=folder, result=result_of(example.report(log=log, **changes)))
+    result = result_of(example.report(log=log, **changes))
+    return FleetFlight(folder=folder, log=f"logs/{folder}.ulg", result=result)
 
 
 FLEET = Fleet(
@@ -32,6 +34,16 @@ FLEET = Fleet(
 def test_flights_stand_in_the_order_of_their_start_and_those_without_one_last() -> None:
     table = fleet_page(FLEET).sections[0].tables[0]
     assert [row[0].text for row in table.rows] == ["a.ulg", "c 1%.ulg", "b.ulg"]
+
+
+def test_flights_of_one_name_are_told_apart_by_as_much_of_their_paths_as_it_takes() -> None:
+    paths = ["x/day 1/a.ulg", "x/day 2/a.ulg", "y/day 2/a.ulg", "x/day 1/b.ulg", "b/b/b.ulg", "c"]
+    ends = ["day 1/a.ulg", "x/day 2/a.ulg", "y/day 2/a.ulg", "day 1/b.ulg", "b/b.ulg", "c"]
+    assert ends_apart(paths) == dict(zip(paths, ends, strict=True))
+    assert ends_apart(["a.ulg", "x/a.ulg"]) == {"a.ulg": "a.ulg", "x/a.ulg": "x/a.ulg"}
+    two = tuple(replace(flight(f"a{k}", k), log=f"logs/{k}/a.ulg") for k in (1, 2))
+    table = fleet_page(replace(FLEET, flights=two)).sections[0].tables[0]
+    assert [row[0].text for row in table.rows] == ["1/a.ulg", "2/a.ulg"]
 
 
 def test_links_lead_to_the_pages_whatever_the_folder_is_called() -> None:
