@@ -9,7 +9,7 @@ import pyarrow as pa
 from pydantic import ValidationError
 
 from analyze.columns import as_parquet, replay_columns
-from reports.fleet import Fleet, FleetFlight, charge_ah, fleet_page, names_of
+from reports.fleet import Fleet, FleetFlight, charge_ah, fleet_page, left_out, names_of
 from reports.flight import FlightReport
 from reports.flight_page import flight_page
 from reports.render import render
@@ -88,7 +88,10 @@ def write_fleet(out: Path, fleet: Fleet) -> None:
     ]
     write_whole(out / "failures.json", json.dumps(failures, indent=1, ensure_ascii=False) + "\n")
     flights = sorted(fleet.flights, key=lambda f: f.folder)
-    rows = [_fleet_row(f, called) for f, called in zip(flights, names_of(flights), strict=True)]
+    rows = [
+        {**_fleet_row(f), "file": called, "left_out": why or None}
+        for f, called, why in zip(flights, names_of(flights), left_out(flights), strict=True)
+    ]
     write_whole(out / "fleet.parquet", as_parquet(_fleet_columns(rows)))
     write_whole(out / "index.html", render(fleet_page(fleet)))
 
@@ -118,11 +121,12 @@ FLEET_SCHEMA = pa.schema(
         ("mismatch", pa.string()),
         ("mismatch_effects", pa.string()),
         ("warnings", pa.int64()),
+        ("left_out", pa.string()),  # why it is not to be summed with the others
     ]
 )
 
 
-def _fleet_row(flight: FleetFlight, called: str) -> Mapping[str, object]:
+def _fleet_row(flight: FleetFlight) -> Mapping[str, object]:
     result = flight.result
     motions = {
         f"{name}_s": part["time_s"] if part else 0.0
@@ -130,7 +134,7 @@ def _fleet_row(flight: FleetFlight, called: str) -> Mapping[str, object]:
     }
     return {
         "folder": flight.folder,
-        **result.flight.model_dump() | {"file": called},
+        **result.flight.model_dump(),
         **result.pack.model_dump(),
         **motions,
         "current_source": result.quality.current_source,

@@ -1,6 +1,6 @@
 """The page of a folder: one row a flight, and what could not be analysed."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from urllib.parse import quote
 
@@ -25,11 +25,18 @@ FLIGHT_COLUMNS = (
     Column(title="what the twin misses", numeric=False),
     Column(title="warnings"),
 )
+LEFT_OUT_COLUMNS = (
+    Column(title="flight", numeric=False),
+    Column(title="why", numeric=False),
+)
 FAILURE_COLUMNS = (
     Column(title="file", numeric=False),
     Column(title="reason", numeric=False, whole=True),
     Column(title="what it means", numeric=False),
 )
+
+LEFT_OUT = "Left out of time in flight and charge drawn"
+SIMULATED = "simulated_log"  # the code of the warning
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -90,7 +97,7 @@ def fleet_page(fleet: Fleet) -> Page:
                 id="flights",
                 title="Flights",
                 rows=_totals(flights, fleet.passed_over),
-                tables=(_flights(flights),) if flights else (),
+                tables=(*((_flights(flights),) if flights else ()), *_left_out(flights)),
             ),
             *((_failures(fleet.failures),) if fleet.failures else ()),
         ),
@@ -109,17 +116,40 @@ def names_of(flights: Sequence[FleetFlight]) -> tuple[str, ...]:
     return tuple(ends[f.log] for f in flights)
 
 
+def left_out(flights: Sequence[FleetFlight]) -> tuple[str, ...]:
+    """Why the totals are without each: simulated, a copy of another; "" for those that count.
+
+    Of the copies of one log that counts whose current a sensor measured, else the first by folder.
+    """
+    ends = ends_apart(f.log for f in flights)
+    counts: dict[str, FleetFlight] = {}
+    for f in sorted(flights, key=lambda f: (f.result.quality.current_source != "sensor", f.folder)):
+        counts.setdefault(f.result.flight.sha256, f)
+    return tuple(_why_left_out(f, counts[f.result.flight.sha256], ends) for f in flights)
+
+
+def _why_left_out(flight: FleetFlight, counts: FleetFlight, ends: Mapping[str, str]) -> str:
+    if any(w.code == SIMULATED for w in flight.result.quality.warnings):
+        return "simulated"
+    return "" if counts is flight else f"a copy of {ends[counts.log]}"
+
+
 def charge_ah(segments: Sequence[LoadPart]) -> float:
     """Drawn in all of them."""
     return sum(s.charge_ah for s in segments)
 
 
 def _totals(flights: Sequence[FleetFlight], passed_over: int) -> tuple[Row, ...]:
-    in_air_s = sum(f.result.flight.in_air_s for f in flights)
-    charge = sum(charge_ah(f.result.segments) for f in flights)
+    why = left_out(flights)
+    counted = [f.result for f, without in zip(flights, why, strict=True) if not without]
+    in_air_s = sum(r.flight.in_air_s for r in counted)
+    charge = sum(charge_ah(r.segments) for r in counted)
+    omitted, simulated = len(flights) - len(counted), why.count("simulated")
+    note = f"copies: {omitted - simulated}, simulated: {simulated}; they stand below"
     return (
         Row(label="Time in flight", value=minutes(in_air_s), unit="min:s"),
         Row(label="Charge drawn", value=fixed(charge, 2), unit="Ah", note="in the segments"),
+        *((Row(label="Left out of these", value=str(omitted), note=note),) if omitted else ()),
         Row(label="Files that are no logs", value=str(passed_over), note="passed over"),
     )
 
@@ -143,8 +173,20 @@ def _flight_row(flight: FleetFlight, called: str) -> tuple[Cell, ...]:
         missed(result.mismatch),
         str(len(result.quality.warnings)),
     )
-    link = Cell(text=called, href=f"{_quoted(flight.folder)}/report.html")
-    return (link, *(Cell(text=text) for text in texts))
+    return (_link(flight, called), *(Cell(text=text) for text in texts))
+
+
+def _link(flight: FleetFlight, called: str) -> Cell:
+    return Cell(text=called, href=f"{quote(flight.folder, safe='')}/report.html")
+
+
+def _left_out(flights: Sequence[FleetFlight]) -> tuple[Table, ...]:
+    rows = tuple(
+        (_link(flight, called), Cell(text=why))
+        for flight, called, why in zip(flights, names_of(flights), left_out(flights), strict=True)
+        if why
+    )
+    return (Table(caption=LEFT_OUT, columns=LEFT_OUT_COLUMNS, rows=rows),) if rows else ()
 
 
 def missed(part: MismatchPart | None) -> str:
@@ -159,10 +201,6 @@ def missed(part: MismatchPart | None) -> str:
 
 def _time(part: MotionPart | None) -> str:
     return MISSING if part is None else fixed(part.time_s, 0)
-
-
-def _quoted(folder: str) -> str:
-    return quote(folder, safe="")
 
 
 def _failures(failures: Sequence[Failure]) -> Section:

@@ -90,7 +90,18 @@ def test_a_folder_gives_an_index_a_table_and_the_failures(tmp_path) -> None:
     assert sorted(table["folder"].to_pylist()) == sorted(folders)
     assert table["hover_s"].to_pylist() == [16.0, 16.0]
     assert sorted(table["file"].to_pylist()) == ["deep/a.ulg", "logs/a.ulg"]
+    assert table["left_out"].to_pylist() == [None, None]
     assert "a/report.html" in (tmp_path / "o/index.html").read_text(encoding="utf-8")
+
+
+@pytest.mark.usefixtures("analysed")
+def test_copies_of_a_log_are_in_the_table_with_what_they_are_copies_of(tmp_path) -> None:
+    for name in ("a", "b", "c"):
+        put(tmp_path, f"logs/{name}.ulg")
+    assert call(tmp_path, "logs", "--out", "o").exit_code == 0
+    table = pq.read_table(tmp_path / "o/fleet.parquet")
+    assert table["left_out"].to_pylist() == [None, "a copy of a.ulg", "a copy of a.ulg"]
+    assert "0:46 min:s" in (tmp_path / "o/index.html").read_text(encoding="utf-8")
 
 
 @pytest.mark.usefixtures("analysed")

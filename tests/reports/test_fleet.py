@@ -2,11 +2,13 @@
 
 from dataclasses import replace
 from datetime import UTC, datetime
+from hashlib import sha256
 
 import pytest
 
+from flightlogs.errors import LogWarning
 from reports.apart import ends_apart
-from reports.fleet import Failure, Fleet, FleetFlight, fleet_page
+from reports.fleet import Failure, Fleet, FleetFlight, fleet_page, left_out
 from reports.flight import NoMismatch
 from reports.render import render
 from reports.results import result_of
@@ -19,7 +21,9 @@ from twin.solution import Status
 def flight(folder: str, day: int | None, **changes: object) -> FleetFlight:
     start = None if day is None else datetime(2025, 6, day, tzinfo=UTC)
     log = replace(example.log(f"{folder}.ulg"), start_utc=start)
-    result = result_of(example.report(log=log, **changes))
+    made = example.report(log=log, **changes)
+    own = replace(made.provenance, sha256=sha256(folder.encode()).hexdigest())
+    result = result_of(replace(made, provenance=own))
     return FleetFlight(folder=folder, log=f"logs/{folder}.ulg", result=result)
 
 
@@ -61,6 +65,37 @@ def test_the_sums_are_those_of_the_flights() -> None:
     rows = {r.label: r.value for r in fleet_page(FLEET).sections[0].rows}
     assert rows["Time in flight"] == "2:18"
     assert rows["Files that are no logs"] == "7"
+
+
+def copied(original: FleetFlight, folder: str) -> FleetFlight:
+    return replace(original, folder=folder, log=f"logs/{folder}.ulg")
+
+
+def test_copies_and_simulated_flights_are_named_and_not_summed() -> None:
+    warning = LogWarning("simulated_log", "a simulated flight")
+    simulated = flight("sitl", 2, recording=example.recording(warnings=(warning,)))
+    real = flight("a", 1)
+    flights = (copied(real, "b"), real, simulated, flight("d", 4), copied(simulated, "e"))
+    section = fleet_page(replace(FLEET, flights=flights)).sections[0]
+    rows = {r.label: r for r in section.rows}
+    assert rows["Time in flight"].value == "1:32"
+    assert rows["Charge drawn"].value == "0.51"
+    assert rows["Left out of these"].value == "3"
+    assert rows["Left out of these"].note.startswith("copies: 1, simulated: 2;")
+    assert len(section.tables[0].rows) == 5
+    told = [(link.text, link.href, why.text) for link, why in section.tables[1].rows]
+    assert told == [
+        ("b.ulg", "b/report.html", "a copy of a.ulg"),
+        ("e.ulg", "e/report.html", "simulated"),
+        ("sitl.ulg", "sitl/report.html", "simulated"),
+    ]
+
+
+def test_of_copies_that_counts_whose_current_a_sensor_measured() -> None:
+    by_sensor = flight("b", 1)
+    alone = copied(flight("b", 1, recording=example.recording(current_source="autopilot")), "a")
+    assert left_out((alone, by_sensor)) == ("a copy of b.ulg", "")
+    assert left_out((by_sensor, alone)) == ("", "a copy of b.ulg")
 
 
 def test_a_fleet_where_nothing_could_be_analysed_has_a_page() -> None:
