@@ -35,6 +35,11 @@ def motion_loads(recording: Recording, segments: Sequence[Segment]) -> Mapping[M
     return {m: _together(recording, m, parts) for m, parts in found.items() if parts}
 
 
+def in_flight_s(segments: Sequence[Segment]) -> float:
+    """Time in the air that was seen: without landings in between and gaps of the recording."""
+    return sum(s.duration_s for s in segments if s.motion is not Motion.GROUND)
+
+
 def _together(recording: Recording, motion: Motion, parts: Sequence[Segment]) -> MotionLoad:
     """Sums, averages weighted by duration, and the percentile of the samples themselves."""
     duration = np.array([s.duration_s for s in parts])

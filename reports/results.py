@@ -7,7 +7,7 @@ import numpy as np
 
 from reports.damage import assessment_part, damage_part, relative_part
 from reports.flight import ASSESSED, FlightReport, NoMismatch
-from reports.motions import motion_loads
+from reports.motions import in_flight_s, motion_loads
 from reports.parts import (
     AlignmentPart,
     FitErrorsPart,
@@ -73,7 +73,7 @@ def _flight(report: FlightReport) -> FlightPart:
         vehicle=log.vehicle.value,
         start_utc=log.start_utc,
         duration_s=log.duration_s,
-        in_air_s=report.recording.flight.duration_s,
+        in_air_s=in_flight_s(report.segments),
     )
 
 

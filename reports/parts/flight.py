@@ -20,7 +20,7 @@ class FlightPart(Part):
     duration_s: NotNegative
     """Of the whole log."""
     in_air_s: NotNegative
-    """From take-off to landing of the flight analysed."""
+    """Of the flight analysed, without landings in between and gaps of the recording."""
 
 
 class QuantityPart(Part):

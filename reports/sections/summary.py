@@ -6,12 +6,14 @@ from flightlogs.holes import holes
 from flightlogs.log import Interval
 from flightlogs.recording import Recording
 from reports.flight import FlightReport
+from reports.motions import in_flight_s
 from reports.quantity import MISSING, ampere_hours, celsius, fixed, minutes
 from reports.section import Notice, Row, Section, Severity
 from reports.sections.fit import SHOWN, doubtful_current
 from twin.calibrate.answer import Estimate, Verdict
 from twin.calibrate.flight import FlightFit, NotFitted
 
+TOLD_S = 1.0  # more of a flight than this, landed or not recorded, is told
 MOST_ASKED = ("initial_soc", "capacity_C", "pulse_ohm")
 
 NOT_CALIBRATED = (
@@ -113,6 +115,7 @@ def _flight(report: FlightReport) -> tuple[Row, ...]:
     recording, flight = report.recording, report.recording.flight
     flown = (recording.time_s >= flight.start_s) & (recording.time_s <= flight.stop_s)
     charge_C = sum(s.load.charge_C for s in report.segments)
+    in_air_s = in_flight_s(report.segments)
     voltage = recording.voltage_V[flown]
     lowest = float(np.nanmin(voltage)) if np.isfinite(voltage).any() else None
     peak = float(np.max(recording.current_A[flown])) if flown.any() else None
@@ -120,9 +123,9 @@ def _flight(report: FlightReport) -> tuple[Row, ...]:
     return (
         Row(
             label="Time in flight",
-            value=minutes(flight.duration_s),
+            value=minutes(in_air_s),
             unit="min:s",
-            note=_where(flight),
+            note=_where(flight, in_air_s),
         ),
         Row(
             label="Charge drawn in the log",
@@ -148,8 +151,10 @@ def _unknown(recording: Recording) -> str:
     return f", not known for {fixed(missing_s, 1)} s of the flight" if found else ""
 
 
-def _where(flight: Interval) -> str:
-    return f"from {fixed(flight.start_s, 1)} s to {fixed(flight.stop_s, 1)} s of the log"
+def _where(flight: Interval, in_air_s: float) -> str:
+    span = f"from {fixed(flight.start_s, 1)} s to {fixed(flight.stop_s, 1)} s of the log"
+    less_s = flight.duration_s - in_air_s
+    return span if less_s < TOLD_S else f"{span}, less {fixed(less_s, 1)} s landed or not recorded"
 
 
 def _per_cell(report: FlightReport, voltage_V: float | None) -> str:

@@ -12,6 +12,7 @@ from pydantic import ValidationError
 from reports.flight import Fitting, NoMismatch
 from reports.result import Result, schema_text
 from reports.results import result_of
+from segment.segment import Motion
 from tests.reports import example
 from tests.reports.mismatch_example import finding
 from twin.calibrate.flight import NotFitted
@@ -54,6 +55,16 @@ MOTION_KEYS = (
 
 def document(which: str) -> dict:
     return json.loads(result_of(REPORTS[which]).model_dump_json())
+
+
+def test_time_in_flight_is_without_landings_in_between_and_gaps() -> None:
+    landed = tuple(
+        replace(s, motion=Motion.GROUND) if s.motion is Motion.VERTICAL else s
+        for s in example.segments()
+    )
+    assert document("whole")["flight"]["in_air_s"] == 46.0
+    assert result_of(example.report(segments=landed)).flight.in_air_s == 38.0
+    assert result_of(example.report(segments=landed[:-1])).flight.in_air_s == 34.0
 
 
 def test_the_fit_is_told_with_the_error_before_and_after() -> None:

@@ -19,6 +19,7 @@ from reports.sections.profiles import profiles
 from reports.sections.quality import quality
 from reports.sections.replay import replay
 from reports.sections.summary import summary
+from segment.segment import Motion
 from tests.reports import example
 from tests.reports.mismatch_example import course as course_of
 from tests.reports.mismatch_example import finding
@@ -279,3 +280,14 @@ def test_where_no_cause_was_sought_none_is_ruled_out() -> None:
 
 def test_why_it_was_not_judged_is_said() -> None:
     assert mismatch(example.report()).notices[0].text == "It was not looked for."
+
+
+def test_what_of_a_flight_was_landed_or_not_recorded_is_told() -> None:
+    def told(*motions: Motion) -> tuple[str, str]:
+        segments = tuple(s for s in example.segments() if s.motion not in motions)
+        rows = {r.label: r for r in summary(example.report(segments=segments)).rows}
+        return rows["Time in flight"].value, rows["Time in flight"].note
+
+    assert told() == ("0:46", "from 10.0 s to 56.0 s of the log")
+    less = "from 10.0 s to 56.0 s of the log, less 8.0 s landed or not recorded"
+    assert told(Motion.VERTICAL) == ("0:38", less)
