@@ -4,6 +4,7 @@ All of it can be pickled: a job runs in this process or on a worker.
 """
 
 import hashlib
+import re
 import threading
 import time
 import traceback
@@ -153,4 +154,4 @@ def _failed(job: Job, code: str, reason: str, details: str = "") -> Failed:
 
 
 def _snake_case(name: str) -> str:
-    return "".join(f"_{c.lower()}" if c.isupper() else c for c in name).lstrip("_")
+    return re.sub(r"(?<=[a-z])(?=[A-Z])|(?<=[A-Z])(?=[A-Z][a-z])", "_", name).lower()

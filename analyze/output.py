@@ -2,6 +2,7 @@
 
 import json
 from collections.abc import Mapping, Sequence
+from contextlib import suppress
 from errno import ENAMETOOLONG
 from pathlib import Path
 
@@ -24,10 +25,23 @@ FLIGHT_FILES = frozenset({RESULT, "report.html", "segments.csv", "replay.parquet
 
 
 def write_flight(folder: Path, report: FlightReport) -> Result:
-    """Write all files of a flight into `folder`; the result comes last, for it vouches for all."""
+    """Write all files of a flight into `folder`; the result comes last, for it vouches for all.
+
+    OSError where that fails, e.g. on a full disk; a folder that is empty then does not stay.
+    """
     files = flight_files(report)
     result = result_of(report, files)
     folder.mkdir(parents=True, exist_ok=True)
+    try:
+        _write_all(folder, files, result)
+    except OSError:
+        with suppress(OSError):  # it is not empty
+            folder.rmdir()
+        raise
+    return result
+
+
+def _write_all(folder: Path, files: Mapping[str, str | bytes], result: Result) -> None:
     (folder / RESULT).unlink(missing_ok=True)
     for old in folder.glob("profile_*.csv"):
         if old.name not in files:
@@ -35,7 +49,6 @@ def write_flight(folder: Path, report: FlightReport) -> Result:
     for name, content in files.items():
         write_whole(folder / name, content)
     write_whole(folder / RESULT, result.model_dump_json(indent=1) + "\n")
-    return result
 
 
 def flight_files(report: FlightReport) -> Mapping[str, str | bytes]:

@@ -1,5 +1,6 @@
 """The command from outside: files, words and exit codes. The analysis itself is a stand-in here."""
 
+import errno
 import json
 import os
 import signal
@@ -9,8 +10,9 @@ import pyarrow.parquet as pq
 import pytest
 
 import analyze.job
-from analyze import session
+from analyze import output, session
 from analyze.job import Job
+from flightlogs.errors import LogDamaged, NotALog
 from reports import result as schema
 from tests.analyze.calls import FILES, PACK, call, made, put
 
@@ -263,3 +265,38 @@ def test_a_folder_that_may_not_be_written_to_is_wrong_use(tmp_path) -> None:
     run = call(tmp_path, "a.ulg", "--out", "o")
     assert run.exit_code == 2
     assert "may not be written to" in run.output
+
+
+@pytest.mark.usefixtures("analysed")
+def test_a_full_disk_fails_the_flight_and_leaves_no_empty_folder(tmp_path, monkeypatch) -> None:
+    def full(path: Path, content: object) -> None:
+        del content
+        raise OSError(errno.ENOSPC, "No space left on device", str(path))
+
+    monkeypatch.setattr(output, "write_whole", full)
+    put(tmp_path, "a.ulg")
+    run = call(tmp_path, "a.ulg")
+    assert run.exit_code == 1
+    assert "No space left on device" in run.stderr
+    assert "(os_error)" in run.stderr
+    assert made(tmp_path / "analysis") == set()
+
+
+@pytest.mark.parametrize(
+    ("error", "code"),
+    [
+        (OSError, "os_error"),
+        (PermissionError, "permission_error"),
+        (FileNotFoundError, "file_not_found_error"),
+        (NotALog, "not_a_log"),
+        (LogDamaged, "log_damaged"),
+    ],
+)
+def test_the_code_of_a_failure_is_the_name_of_its_error(monkeypatch, error, code) -> None:
+    def fail(job: Job) -> None:
+        del job
+        raise error("why")
+
+    monkeypatch.setattr(analyze.job, "_run", fail)
+    job = Job(log=Path("a.ulg"), shown="a.ulg", folder=Path("o"))
+    assert analyze.job.run(job).failure.code == code
