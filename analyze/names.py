@@ -3,8 +3,9 @@
 from collections.abc import Callable, Iterable
 from itertools import count
 
+FLEET_FILES = frozenset({"index.html", "fleet.parquet", "failures.json"})
+RESERVED = FLEET_FILES | {".", ".."}
 LONGEST_BYTES = 240  # of a stem: file systems allow 255, and hash and number come behind it
-RESERVED = frozenset({"index.html", "fleet.parquet", "failures.json"})
 
 
 def printable(name: str) -> str:

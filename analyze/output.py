@@ -3,7 +3,6 @@
 import json
 from collections.abc import Mapping, Sequence
 from contextlib import suppress
-from errno import ENAMETOOLONG
 from pathlib import Path
 
 import pyarrow as pa
@@ -73,13 +72,16 @@ def read_result(folder: Path) -> Result | None:
 
 
 def is_foreign(folder: Path) -> bool:
-    """Whether there is something at `folder` and none of it is a file of a flight, whole or not."""
+    """Whether there is something at `folder` and none of it is a file of a flight, whole or not.
+
+    Where nothing can be, since the path is too long for one, there is nothing either.
+    """
     try:
         names = [path.name for path in folder.iterdir()]
-    except FileNotFoundError:
+    except (NotADirectoryError, PermissionError):  # a file, or what may not be looked into
+        return True
+    except OSError:
         return False
-    except OSError as e:  # no folder, or one that may not be looked into; a name too long is none
-        return e.errno != ENAMETOOLONG
     ours = (name in FLIGHT_FILES or name.endswith(PART) for name in names)
     return bool(names) and not any(ours)
 

@@ -150,7 +150,13 @@ def test_equal_stems_are_kept_apart_by_the_hash() -> None:
     assert free_name("flight", "0123456789ab", taken.__contains__) == "flight-01234567-2"
 
 
-@given(st.lists(st.sampled_from(["a", "b", "index.html"]), max_size=12))
+def test_a_long_stem_is_cut_where_the_hash_stands_behind_it() -> None:
+    stem = "é" * 125
+    name = free_name(stem, "0123456789ab", {stem}.__contains__)
+    assert name == "é" * 100 + "-01234567"
+
+
+@given(st.lists(st.sampled_from(["a", "b", "index.html", ".", ".."]), max_size=12))
 @settings(max_examples=50)
 def test_no_two_logs_share_a_folder_and_none_hides_a_file_of_the_fleet(stems: list[str]) -> None:
     used: set[str] = set()

@@ -1,5 +1,8 @@
 """Folders of results: kept while they are up to date, made again else, the user's left alone."""
 
+import errno
+from pathlib import Path
+
 import pyarrow.parquet as pq
 import pytest
 
@@ -118,3 +121,48 @@ def test_a_profile_of_an_earlier_run_does_not_stay(tmp_path) -> None:
     (tmp_path / "analysis/flight/notes.txt").write_text("the user's", encoding="utf-8")
     call(tmp_path, "flight.ulg", "--force")
     assert made(tmp_path / "analysis/flight") == FILES | {"notes.txt"}
+
+
+@pytest.mark.usefixtures("analysed")
+def test_a_log_whose_stem_is_dots_has_a_folder_of_its_own(tmp_path) -> None:
+    put(tmp_path, "logs/..ulg")
+    put(tmp_path, "logs/...ulg", b"other")
+    run = call(tmp_path, "logs", "--out", "deep/o")
+    assert run.exit_code == 0, run.output
+    assert made(tmp_path / "deep") == {"o"}
+    folders = made(tmp_path / "deep/o") - {"index.html", "fleet.parquet", "failures.json"}
+    assert len(folders) == 2
+    page = (tmp_path / "deep/o/index.html").read_text(encoding="utf-8")
+    for name in folders:
+        assert made(tmp_path / "deep/o" / name) == FILES
+        assert f'href="{name}/report.html"' in page
+
+
+@pytest.mark.usefixtures("analysed")
+def test_a_log_that_no_folder_can_have_the_name_of_fails_and_the_others_are_done(
+    tmp_path, monkeypatch
+) -> None:
+    """As where OUT lies so deep that each name makes its path too long for the system."""
+
+    def iterdir(path: Path) -> object:
+        if path.name.startswith("long"):
+            raise too_long(path)
+        return usual_iterdir(path)
+
+    def mkdir(path: Path, **options: bool) -> None:
+        if path.name.startswith("long"):
+            raise too_long(path)
+        usual_mkdir(path, **options)
+
+    def too_long(path: Path) -> OSError:
+        return OSError(errno.ENAMETOOLONG, "File name too long", str(path))
+
+    usual_iterdir, usual_mkdir = Path.iterdir, Path.mkdir
+    monkeypatch.setattr(Path, "iterdir", iterdir)
+    monkeypatch.setattr(Path, "mkdir", mkdir)
+    put(tmp_path, "logs/long.ulg")
+    put(tmp_path, "logs/other.ulg")
+    run = call(tmp_path, "logs", "--out", "o")
+    assert run.exit_code == 1
+    assert "failed    logs/long.ulg: [Errno 36] File name too long" in run.stderr
+    assert made(tmp_path / "o/other") == FILES
