@@ -6,6 +6,8 @@ from dataclasses import dataclass
 from errno import EACCES
 from pathlib import Path
 
+from analyze.names import results_among
+
 SENSOR_SUFFIXES = (".sensor.csv", ".SENSOR.CSV", ".csv", ".CSV")  # SD cards shout
 LOG_SUFFIXES = (".ulg", ".px4log", ".tlog")  # of nothing else; .bin and .log are names of much
 
@@ -29,8 +31,8 @@ def find(paths: Sequence[Path], *, besides: Path, is_log: Callable[[Path], bool]
     """Files as they are named, and the logs in folders, searched below.
 
     A file that is named is taken whatever it is, and one in a folder that is called a log, too: if
-    it is none, its reader says why. Folders with a leading dot, links to folders and the folder of
-    the results are not searched.
+    it is none, its reader says why. Folders with a leading dot, links to folders, the folder of the
+    results and the files of earlier ones are not searched.
 
     Args:
         paths: files and folders.
@@ -97,4 +99,5 @@ def _files_below(
             below[:] = sorted(
                 d for d in below if not d.startswith(".") and (here / d).resolve() != besides
             )
-            yield from (here / name for name in sorted(names) if (here / name).is_file())
+            others = sorted(set(names) - results_among(names))
+            yield from (here / name for name in others if (here / name).is_file())

@@ -1,8 +1,12 @@
-"""File names that can be printed, and folder names that do not collide."""
+"""File names that can be printed, names of results, and folder names that do not collide."""
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Collection, Iterable
+from fnmatch import fnmatchcase
 from itertools import count
 
+RESULT = "result.json"
+FLIGHT_FILES = frozenset({RESULT, "report.html", "segments.csv", "replay.parquet"})
+PROFILES = "profile_*.csv"
 FLEET_FILES = frozenset({"index.html", "fleet.parquet", "failures.json"})
 RESERVED = FLEET_FILES | {".", ".."}
 LONGEST_BYTES = 240  # of a stem: file systems allow 255, and hash and number come behind it
@@ -31,3 +35,12 @@ def _proposals(stem: str, digest: str) -> Iterable[str]:
     yield f"{stem}-{digest[:8]}"
     for i in count(2):
         yield f"{stem}-{digest[:8]}-{i}"
+
+
+def results_among(names: Collection[str]) -> frozenset[str]:
+    """Of the names in one folder those that a whole flight, or a fleet, has there."""
+    there = frozenset(names)
+    fleet = FLEET_FILES if there >= FLEET_FILES else frozenset()
+    if not there >= FLIGHT_FILES:
+        return fleet
+    return fleet | FLIGHT_FILES | {name for name in there if fnmatchcase(name, PROFILES)}

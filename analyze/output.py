@@ -9,6 +9,7 @@ import pyarrow as pa
 from pydantic import ValidationError
 
 from analyze.columns import as_parquet, replay_columns
+from analyze.names import FLIGHT_FILES, PROFILES, RESULT
 from reports.fleet import Fleet, FleetFlight, charge_ah, fleet_page, left_out, names_of
 from reports.flight import FlightReport
 from reports.flight_page import flight_page
@@ -18,9 +19,6 @@ from reports.results import result_of
 from reports.tables import profile_csv, segments_csv
 from segment.profile import PeriodicProfile
 from twin.whole_file import PART, write_whole
-
-RESULT = "result.json"
-FLIGHT_FILES = frozenset({RESULT, "report.html", "segments.csv", "replay.parquet"})
 
 
 def write_flight(folder: Path, report: FlightReport) -> Result:
@@ -42,7 +40,7 @@ def write_flight(folder: Path, report: FlightReport) -> Result:
 
 def _write_all(folder: Path, files: Mapping[str, str | bytes], result: Result) -> None:
     (folder / RESULT).unlink(missing_ok=True)
-    for old in folder.glob("profile_*.csv"):
+    for old in folder.glob(PROFILES):
         if old.name not in files:
             old.unlink()
     for name, content in files.items():

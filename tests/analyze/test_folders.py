@@ -166,3 +166,17 @@ def test_a_log_that_no_folder_can_have_the_name_of_fails_and_the_others_are_done
     assert run.exit_code == 1
     assert "failed    logs/long.ulg: [Errno 36] File name too long" in run.stderr
     assert made(tmp_path / "o/other") == FILES
+
+
+@pytest.mark.usefixtures("analysed")
+def test_results_of_an_earlier_run_are_not_counted_among_what_is_passed_over(tmp_path) -> None:
+    put(tmp_path, "self/a.ulg")
+    put(tmp_path, "self/b.ulg", b"other")
+    (tmp_path / "self/notes.txt").write_text("the user's", encoding="utf-8")
+    first = call(tmp_path, "self", "--out", "self")
+    assert "2 analysed, 1 passed over (no logs)." in first.stdout
+    put(tmp_path, "self/a/c.ulg", b"put there by the user")
+    again = call(tmp_path, "self", "--out", "self")
+    assert "1 analysed, 2 up to date and kept (--force analyses again), 1 passed" in again.stdout
+    elsewhere = call(tmp_path, "self", "--out", "new")
+    assert "3 analysed, 1 passed over (no logs)." in elsewhere.stdout
