@@ -87,8 +87,9 @@ NOWHERE = (
 
 def picture(course: Course, finding: Finding, number: int) -> Figure:
     """Residual over time, with what each effect makes of it and the spans beyond the noise."""
-    canvas, axes = panels((2.5, 0.42))
-    ax, strip = axes
+    own = [s for s in finding.spans if s.flight == course.name]
+    canvas, axes = panels((2.5, 0.42) if own else (2.5,))
+    ax = axes[0]
     moved = stretches(course)
     shade([ax], moved)
     residual_V = np.where(course.judged, course.residual_V, np.nan)
@@ -99,16 +100,18 @@ def picture(course: Course, finding: Finding, number: int) -> Figure:
         _line(ax, course, mean_mV(course, part.voltage_V), colour, name(part.effect))
     ax.set_ylabel("voltage [mV]")
     legend(ax)
-    _strip(strip, course, [s for s in finding.spans if s.flight == course.name])
+    if own:
+        _strip(axes[1], course, own)
     motion_key(canvas, moved)
-    strip.set_xlabel("time [s]")
-    strip.set_xlim(float(course.time_s[0]), float(course.time_s[-1]))
+    axes[-1].set_xlabel("time [s]")
+    axes[-1].set_xlim(float(course.time_s[0]), float(course.time_s[-1]))
     size = mV(rms_V(course.residual_V, course.judged))
+    below = " and the spans that exceed the noise below" if own else ""
     return Figure(
         caption=f"{course.name}: {size} mV RMS. Grey band: noise, one standard deviation either "
         "way.",
         description=f"Residual voltage of {course.name} over time, {size} millivolts root mean "
-        "square, with the motions behind it and the spans that exceed the noise below.",
+        f"square, with the motions behind it{below}.",
         svg=to_svg(canvas, f"where{number}"),
     )
 

@@ -11,7 +11,7 @@ from reports.quantity import ampere_hours, fixed
 from reports.section import Cell, Column, Figure, Section, Table
 from segment import MotionDetector
 from segment.command import BASES, commanded
-from segment.segment import Basis, Segment
+from segment.segment import Basis, Motion, Segment
 
 BASIS = {
     Basis.SETPOINT: "commanded velocity",
@@ -20,6 +20,7 @@ BASIS = {
     Basis.VELOCITY: "measured velocity",
     Basis.NONE: "neither velocity nor command",
 }
+GROUND = "signs of flight: autopilot, height, current"
 MEASURED_RANK = BASES.index(Basis.VELOCITY)  # what ranks before it is a command
 COLUMNS = (
     Column(title="motion", numeric=False),
@@ -54,13 +55,19 @@ def _decided(segments: tuple[Segment, ...]) -> str:
     if not segments:
         return "No segment was found."
     total = sum(s.duration_s for s in segments)
-    shares = {b: sum(s.duration_s for s in segments if s.basis is b) / total for b in Basis}
+    shares = {
+        by: sum(s.duration_s for s in segments if decided_by(s) == by) / total
+        for by in (*BASIS.values(), GROUND)
+    }
     named = [
-        f"{BASIS[b]} ({fixed(100 * share, 0)} % of the time)"
-        for b, share in shares.items()
-        if share
+        f"{by} ({fixed(100 * share, 0)} % of the time)" for by, share in shares.items() if share
     ]
-    return f"The cut was decided by {', '.join(named)}."
+    return f"The cut was decided by {'; '.join(named)}."
+
+
+def decided_by(segment: Segment) -> str:
+    """What told its motion, in words."""
+    return GROUND if segment.motion is Motion.GROUND else BASIS[segment.basis]
 
 
 def _figure(report: FlightReport) -> Figure:
@@ -129,7 +136,7 @@ def _table(segments: tuple[Segment, ...]) -> Table:
                     fixed(s.start_s, 1),
                     fixed(s.stop_s, 1),
                     fixed(s.duration_s, 1),
-                    BASIS[s.basis],
+                    decided_by(s),
                     ampere_hours(s.load.charge_C, 4),
                     fixed(s.load.mean_A, 2),
                 )

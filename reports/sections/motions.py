@@ -1,9 +1,11 @@
 """What each motion drew."""
 
+import math
+
 from reports import plots
 from reports.flight import FlightReport, PackUse
 from reports.motions import MotionLoad, motion_loads
-from reports.quantity import ampere_hours, fixed
+from reports.quantity import MISSING, ampere_hours, fixed
 from reports.section import Cell, Column, Section, Table
 
 COLUMNS = (
@@ -17,6 +19,10 @@ COLUMNS = (
     Column(title="99th percentile [A]"),
     Column(title="ripple [A]"),
     Column(title="mean [C]"),
+)
+NO_ENERGY = (
+    f"Energy {MISSING}: the log has no voltage there, or not all through the motion. A sensor that "
+    "was on before or after the autopilot's log has current alone."
 )
 
 
@@ -38,6 +44,7 @@ def motions(report: FlightReport) -> Section | None:
             "Ripple is the standard deviation about the moving average. C is the current over the "
             "capacity in an hour, where that is known. The figures carry no uncertainty of their "
             "own: that of the current sensor is not in the log.",
+            *((NO_ENERGY,) if any(math.isnan(m.load.energy_J) for m in loads.values()) else ()),
         ),
     )
 

@@ -11,10 +11,10 @@ from reports.flight import Fitting, Gaps
 from reports.section import Section, Severity
 from reports.sections import FLIGHT_SECTIONS
 from reports.sections.alignment import alignment
-from reports.sections.course import course
+from reports.sections.course import GROUND, course
 from reports.sections.fit import SHOWN, fit
 from reports.sections.mismatch import mismatch
-from reports.sections.motions import motions
+from reports.sections.motions import NO_ENERGY, motions
 from reports.sections.profiles import profiles
 from reports.sections.quality import quality
 from reports.sections.replay import replay
@@ -291,3 +291,27 @@ def test_what_of_a_flight_was_landed_or_not_recorded_is_told() -> None:
     assert told() == ("0:46", "from 10.0 s to 56.0 s of the log")
     less = "from 10.0 s to 56.0 s of the log, less 8.0 s landed or not recorded"
     assert told(Motion.VERTICAL) == ("0:38", less)
+
+
+def test_the_ground_is_told_by_signs_of_flight_and_not_by_the_absence_of_velocity() -> None:
+    section = course(example.report())
+    assert section.lead[0].endswith(f"; {GROUND} (18 % of the time).")
+    rows = {row[0].text: row[4].text for row in section.tables[0].rows}
+    assert rows["ground"] == GROUND
+    assert rows["hover"] == "commanded velocity"
+
+
+def test_an_energy_that_is_not_known_is_explained() -> None:
+    ground, *others = example.segments()
+    no_voltage = replace(ground, load=replace(ground.load, energy_J=np.nan))
+    section = motions(example.report(segments=(no_voltage, *others)))
+    assert section.tables[0].rows[0][4].text == "–"
+    assert NO_ENERGY in section.notes
+    assert NO_ENERGY not in motions(example.report()).notes
+
+
+@pytest.mark.parametrize(("verdict", "strips"), [(Verdict.NONE, 0), (Verdict.NAMED, 1)])
+def test_there_is_no_empty_axis_for_spans_where_there_are_none(verdict, strips) -> None:
+    figure = mismatch(example.report(mismatch=finding(verdict))).figures[0]
+    assert figure.svg.count('id="where0-axes_2"') == strips
+    assert ("spans that exceed the noise" in figure.description) == bool(strips)
