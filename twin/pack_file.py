@@ -1,7 +1,7 @@
 """`pack.toml`: a pack as its owner describes it; a key that is not known is an error."""
 
 import tomllib
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from difflib import get_close_matches
 from pathlib import Path
 from typing import Annotated, Any, get_args
@@ -9,7 +9,8 @@ from typing import Annotated, Any, get_args
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 from pydantic_core import ErrorDetails
 
-from twin.effects import AnyEffect, Mechanics, SelfHeating, WeakCell
+from twin.at_rest import OVERFULL
+from twin.effects import AnyEffect, InitialSoc, Mechanics, SelfHeating, WeakCell
 from twin.pack import PackError, check_weak
 from twin.pack_physics import PhysicsError, check_standard_errors
 from twin.pack_physics import effects_of as physics_of
@@ -86,13 +87,29 @@ def parse_pack_file(text: str, *, name: str) -> PackFile:
         file = PackFile.model_validate(document)
         mechanics_of(file)
         check_standard_errors(file.standard_errors)
-        weak = [e for e in effects_of(file) if isinstance(e, WeakCell)]
+        effects = effects_of(file)
+        weak = [e for e in effects if isinstance(e, WeakCell)]
         check_weak(weak, file.pack.series)
+        _check_start(file, effects)
     except ValidationError as e:
         raise PackFileError(f"{name}: " + "; ".join(map(_in_words, e.errors()))) from e
     except (PhysicsError, PackError) as e:
         raise PackFileError(f"{name}: {e}") from e
     return file
+
+
+def _check_start(file: PackFile, effects: Sequence[AnyEffect]) -> None:
+    """PackError where a cell starts with a charge that none can have, as far as the file tells."""
+    if file.start.soc is None:
+        return
+    soc = file.start.soc + sum(e.offset for e in effects if isinstance(e, InitialSoc))
+    weak = [e.soc_offset for e in effects if isinstance(e, WeakCell)]
+    for offset in (*weak, *([0.0] if len(weak) < file.pack.series else [])):
+        if not 0.0 <= round(soc + offset, 9) <= OVERFULL:
+            raise PackError(
+                f"start.soc = {file.start.soc:g} with the offsets of initial_soc and weak_cell "
+                f"lets a cell start at {soc + offset:g}: expected 0 to {OVERFULL:g} together"
+            )
 
 
 def effects_of(file: PackFile | None) -> tuple[AnyEffect, ...]:

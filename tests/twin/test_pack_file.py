@@ -191,3 +191,38 @@ def test_physics_that_cannot_be_is_refused_by_key(text: str, said: str) -> None:
 def test_a_cell_file_lies_relative_to_the_pack_file(cell: str, expected: str | Path) -> None:
     file = parse_pack_file(PACK.replace("cell.bpx.json", cell), name="pack.toml")
     assert cell_reference(file, Path("/packs")) == expected
+
+
+def started(soc: float, offset: float, *of_weak: float) -> str:
+    text = PACK + f"[start]\nsoc = {soc}\n" + listing("initial_soc", *["weak_cell"][: len(of_weak)])
+    text += f"[effects.initial_soc]\noffset = {offset}\n"
+    return text + "".join(f"[[effects.weak_cell]]\nsoc_offset = {w}\n" for w in of_weak)
+
+
+@pytest.mark.parametrize(
+    ("text", "start"),
+    [
+        (started(1.0, 0.5), "1.5"),
+        (started(0.2, -0.3), "-0.1"),
+        (started(0.9, 0.05, 0.2), "1.15"),
+        (started(0.5, 0.0, -0.6), "-0.1"),
+        (started(0.9, 0.5, -0.5, -0.5, -0.5), "1.4"),
+    ],
+)
+def test_a_charge_at_the_start_that_no_cell_can_have_is_refused(text: str, start: str) -> None:
+    with pytest.raises(PackFileError, match=r"^pack\.toml: start\.soc = ") as error:
+        parse_pack_file(text, name="pack.toml")
+    assert f"lets a cell start at {start}: expected 0 to 1.1 together" in str(error.value)
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        started(1.0, 0.1),
+        started(0.3, -0.3),
+        started(0.9, 0.5, -0.5, -0.5, -0.5, -0.5),
+        started(1.0, 0.5).replace("soc = 1.0", ""),
+    ],
+)
+def test_a_charge_that_the_cells_can_have_or_that_the_log_will_tell_is_taken(text: str) -> None:
+    assert parse_pack_file(text, name="pack.toml").pack.series == 4
