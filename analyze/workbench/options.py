@@ -59,7 +59,7 @@ class HoldsOut(click.Command):
         taking = False
         for arg in args:
             if arg.startswith("-"):
-                taking = arg == "--holdout"
+                taking = arg.partition("=")[0] == "--holdout"
             elif taking and spread[-1] != "--holdout":
                 spread.append("--holdout")
             spread.append(arg)

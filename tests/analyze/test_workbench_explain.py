@@ -202,6 +202,7 @@ def test_wrong_use_is_told_before_any_work(
         ("a b --holdout c d --pack p --out o", "ab", "cd"),
         ("a --holdout c --pack p --holdout d --out o b", "ab", "cd"),
         ("a --holdout=c --pack p --out o", "a", "c"),
+        ("a --holdout=c d --pack p --out o", "a", "cd"),
         ("a b --pack p --out o", "ab", ""),
     ],
 )
