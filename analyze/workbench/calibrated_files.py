@@ -78,7 +78,7 @@ class Frame:
 
 def in_the_way(files: Files) -> Path | None:
     """A folder that has the name of one of them."""
-    all_ = files.pack, files.cell, files.fit, files.page, files.search
+    all_ = files.pack, files.cell, files.fit, files.ageing, files.page, files.search
     return next((path for path in all_ if path.is_dir()), None)
 
 
