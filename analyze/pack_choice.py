@@ -36,10 +36,7 @@ class PackChoice:
 
 def read_pack(path: Path) -> PackChoice:
     """PackFileError if the file cannot be used; CellError if its cell cannot."""
-    try:
-        text = path.read_text(encoding="utf-8")
-    except (OSError, UnicodeDecodeError) as e:
-        raise PackFileError(f"{path}: cannot be read: {e}") from e
+    text = _text(path)
     file = parse_pack_file(text, name=str(path))
     cell = cell_reference(file, path.resolve().parent)
     cell_of(cell)
@@ -47,7 +44,7 @@ def read_pack(path: Path) -> PackChoice:
     if is_path(file.pack.cell):
         content += b"\0" + Path(cell).read_bytes()
     beside = (_fit_of_cell(Path(cell)) if is_path(file.pack.cell) else None, _fit_of_life(path))
-    texts = [p.read_text(encoding="utf-8") if p and p.is_file() else "" for p in beside]
+    texts = [_text(p) if p and p.is_file() else "" for p in beside]
     try:
         doubts = [
             read_doubt(text, name=str(p)) if text else None
@@ -63,6 +60,13 @@ def read_pack(path: Path) -> PackChoice:
         cell_doubt=doubts[0],
         life_doubt=doubts[1],
     )
+
+
+def _text(path: Path) -> str:
+    try:
+        return path.read_text(encoding="utf-8")
+    except (OSError, UnicodeDecodeError) as e:
+        raise PackFileError(f"{path}: cannot be read: {e}") from e
 
 
 def _fit_of_cell(cell: Path) -> Path:

@@ -188,6 +188,10 @@ WRONG = {
     "a missing pack": (["a.ulg", "--pack", "none.toml"], "does not exist"),
     "a bad pack": (["a.ulg", "--pack", "bad.toml"], "did you mean pack.series?"),
     "an unknown cell": (["a.ulg", "--pack", "cell.toml"], "lipo_2200"),
+    "a fit to a life that is no text": (
+        ["a.ulg", "--pack", "life.toml"],
+        "life.ageing.json: cannot",
+    ),
     "an unknown effect": (["a.ulg", "--pack", "effect.toml"], "no effect 'memory'"),
     "one sensor for two": (["a.ulg", "b.ulg", "--sensor", "s.csv"], "--sensor belongs to one log"),
     "no worker": (["a.ulg", "--jobs", "0"], "not in the range"),
@@ -208,10 +212,12 @@ def test_wrong_use_is_exit_code_2_with_a_message_and_nothing_written(
         "s.csv": "time,current\n",
         "bad.toml": PACK.replace("series", "serries"),
         "cell.toml": PACK.replace("lipo_2200", "lipo_2300"),
+        "life.toml": PACK,
         "effect.toml": PACK + '[twin]\nphysics = ["memory"]\n',
     }.items():
         (tmp_path / name).parent.mkdir(exist_ok=True)
         (tmp_path / name).write_text(text, encoding="utf-8")
+    (tmp_path / "life.ageing.json").write_bytes(b"\xff\xfe{")
     before = sorted(tmp_path.rglob("*"))
     arguments, said = WRONG[case]
     run = call(tmp_path, *arguments)

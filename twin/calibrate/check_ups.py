@@ -1,6 +1,5 @@
 """What was measured of a pack along its life: check-ups from a CSV file."""
 
-import csv
 import re
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -9,7 +8,7 @@ from typing import TextIO
 import numpy as np
 import numpy.typing as npt
 
-from twin.calibrate.table import CalibrationError, named
+from twin.calibrate.table import CalibrationError, csv_lines, named
 
 FloatArray = npt.NDArray[np.float64]
 
@@ -54,12 +53,13 @@ def read_check_ups(stream: TextIO, *, name: str) -> CheckUps:
         CalibrationError: a column is missing, a value is no positive number, cycles are not whole
             or do not increase, or there are too few check-ups.
     """
-    rows = csv.reader(stream)
-    places = _places(next(rows, []))
+    rows = csv_lines(stream, name=name)
+    _, header = next(rows, (0, []))
+    places = _places(header)
     for wanted, like in (("cycle", "Cycle"), ("capacity_C", "Capacity / Ah")):
         if wanted not in places:
             raise CalibrationError(f"{name}: no column for {wanted}: expected a header {like!r}")
-    lines = [(rows.line_num, row) for row in rows if any(cell.strip() for cell in row)]
+    lines = [(number, row) for number, row in rows if any(cell.strip() for cell in row)]
     if len(lines) < LEAST:
         raise CalibrationError(f"{name}: {len(lines)} check-ups: expected {LEAST} or more")
     values = {

@@ -2,7 +2,7 @@
 
 import csv
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import TextIO
 
@@ -75,8 +75,8 @@ def read_test(stream: TextIO, *, name: str) -> MeasuredTable:
     Raises:
         CalibrationError: a column is missing, a cell is no number, or time does not increase.
     """
-    rows = csv.reader(stream)
-    header = next(rows, [])
+    rows = csv_lines(stream, name=name)
+    _, header = next(rows, (0, []))
     of_cells = cell_columns(header, name)
     own = ["" if place in {p for p, _, _ in of_cells} else t for place, t in enumerate(header)]
     places = {quantity: column_of(own, quantity) for quantity in QUANTITIES}
@@ -92,7 +92,7 @@ def read_test(stream: TextIO, *, name: str) -> MeasuredTable:
     summed = bool(of_cells) and places["voltage_V"] == of_cells[0]
     taken = {q: place for q, place in places.items() if place is not None}
     taken |= {f"voltage of cell {k}": place for k, place in enumerate(of_cells, start=1)}
-    lines = [(rows.line_num, row) for row in rows if _full(row, taken)]
+    lines = [(number, row) for number, row in rows if _full(row, taken)]
     columns = {q: _values(lines, place, q, name) for q, place in taken.items()}
     time_s = columns["time_s"]
     if time_s.size < 2:
@@ -113,6 +113,19 @@ def read_test(stream: TextIO, *, name: str) -> MeasuredTable:
         ambient_K=columns.get("ambient_K"),
         cells_V=cells_V if cells_V.size else None,
     )
+
+
+def csv_lines(stream: TextIO, *, name: str) -> Iterator[tuple[int, list[str]]]:
+    """Number and cells of each line; CalibrationError where it is none of a CSV.
+
+    That is where a quote is not closed, and all behind it too long for a cell.
+    """
+    rows = csv.reader(stream)
+    try:
+        for row in rows:
+            yield rows.line_num, row
+    except csv.Error as e:
+        raise CalibrationError(f"{name}, line {rows.line_num}: no CSV: {e}") from e
 
 
 def column_of(header: Sequence[str], quantity: str) -> Place | None:

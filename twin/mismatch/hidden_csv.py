@@ -1,6 +1,5 @@
 """Channels that were kept from the twin, from a CSV: temperature, voltages of cells."""
 
-import csv
 import re
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -8,7 +7,14 @@ from typing import TextIO
 
 import numpy as np
 
-from twin.calibrate.table import NOT_OF_THE_PACK, QUANTITIES, Place, named
+from twin.calibrate.table import (
+    NOT_OF_THE_PACK,
+    QUANTITIES,
+    CalibrationError,
+    Place,
+    csv_lines,
+    named,
+)
 from twin.mismatch.flight import FloatArray, MismatchError
 
 CELL_VOLTAGE = re.compile(r"cell")
@@ -39,10 +45,13 @@ def read_hidden_csv(stream: TextIO, *, name: str) -> HiddenTable:
     one time the first counts.
 
     Raises:
-        MismatchError: no time, neither channel, or a cell that is no number; with the line.
+        MismatchError: no CSV, no time, neither channel, or a cell that is no number; with the line.
     """
-    rows = csv.reader(stream)
-    header = next(rows, [])
+    try:
+        rows = list(csv_lines(stream, name=name))
+    except CalibrationError as e:
+        raise MismatchError(str(e)) from e
+    header = rows[0][1] if rows else []
     places = [_place(k, title) for k, title in enumerate(header)]
     time, warm = _first(places, "time_s"), _first(places, "temperature_K")
     cells = [column for kind, column in filter(None, places) if kind == "cell_V"]
@@ -51,7 +60,7 @@ def read_hidden_csv(stream: TextIO, *, name: str) -> HiddenTable:
             f"{name}: expected a column for time, such as 'time_s', and one for temperature "
             f"('temperature_c') or for cells ('cell_1_v'); the first line has {header}"
         )
-    lines = [(rows.line_num, row) for row in rows if any(text.strip() for text in row)]
+    lines = [(number, row) for number, row in rows[1:] if any(text.strip() for text in row)]
     stamps = _values(lines, time, name)
     lines = [
         line for line, new in zip(lines, np.diff(stamps, prepend=-np.inf) != 0, strict=True) if new

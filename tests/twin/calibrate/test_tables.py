@@ -6,8 +6,10 @@ import numpy as np
 import pytest
 
 from tests.twin.calibrate.synthetic import cell_pack
+from twin.calibrate.check_ups import read_check_ups
 from twin.calibrate.reference import ReferenceTest, discharge_sign, left_unknown, reference_test
 from twin.calibrate.table import CalibrationError, MeasuredTable, read_test
+from twin.mismatch import MismatchError, read_hidden_csv
 from twin.pack import Pack
 
 
@@ -38,6 +40,19 @@ def test_headers_name_quantity_and_unit(header: str, factor: tuple[float, ...]) 
 def test_a_temperature_in_celsius_is_that_of_the_surroundings() -> None:
     table = read("Time / s,Current / A,Voltage / V,Temperature / degC", "0,0,4.1,20", "1,1,4.0,21")
     assert reference_test(table, cell_pack()).ambient_K == pytest.approx(293.15)
+
+
+UNCLOSED = '"' + "1,2,3\n" * 30_000  # more than the csv module takes for one cell
+
+
+@pytest.mark.parametrize("header", ["Time / s,Current / A,Voltage / V\n0,0,4\n", ""])
+def test_a_quote_that_is_not_closed_is_told_with_its_line(header: str) -> None:
+    with pytest.raises(CalibrationError, match=r"t\.csv, line \d+: no CSV: field larger"):
+        read_test(io.StringIO(header + UNCLOSED), name="t.csv")
+    with pytest.raises(CalibrationError, match=r"l\.csv, line \d+: no CSV: field larger"):
+        read_check_ups(io.StringIO("Cycle,Capacity / Ah\n" + UNCLOSED), name="l.csv")
+    with pytest.raises(MismatchError, match=r"h\.csv, line \d+: no CSV: field larger"):
+        read_hidden_csv(io.StringIO("time_s,temperature_c\n" + UNCLOSED), name="h.csv")
 
 
 @pytest.mark.parametrize(
