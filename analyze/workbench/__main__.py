@@ -16,6 +16,7 @@ from analyze.workbench.options import (
     CELSIUS,
     AnyFile,
     HoldsOut,
+    given,
     numbers,
     out,
     shared,
@@ -73,7 +74,7 @@ def replay(**options: object) -> None:
     before is written), 2 if a file or an option cannot be used, 130 after Ctrl-C (the case at
     work is finished, and all are written).
     """
-    _leave_with("analyze.workbench.replay", options)
+    _leave_with("analyze.workbench.replay", options | {"given": given()})
 
 
 @main.command()
@@ -203,7 +204,7 @@ def calibrate(**options: object) -> None:
     The exit code is 0 if the fit came to its end, 2 if a file or an option cannot be used, 130
     after Ctrl-C (the best so far is written, with what was not computed named).
     """
-    _leave_with("analyze.workbench.calibrate", options)
+    _leave_with("analyze.workbench.calibrate", options | {"given": given()})
 
 
 @main.command(cls=HoldsOut)

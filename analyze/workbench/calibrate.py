@@ -44,11 +44,13 @@ from twin.pack import Pack
 
 LEAST_SQUARES = MOST_STEPS, "steps"
 SAVED_EVERY_S = 5.0  # the search, while it goes on
+OF_TESTS = ("one_mount", "evaluations", "seed", "resume")
+OF_LIFE = ("repeat", "rest_s", "charge_rate", "until_rate", "charge_to")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Request:
-    """The command line; `out` is the pack file to write."""
+    """The command line; `out` is the pack file to write, `given` the names that stand on it."""
 
     tests: tuple[Path, ...]
     pack: Path
@@ -65,6 +67,7 @@ class Request:
     charge_rate: float
     until_rate: float
     charge_to: float | None
+    given: frozenset[str] = frozenset()
 
     def __post_init__(self) -> None:
         shown = click.format_filename(self.out)
@@ -72,6 +75,8 @@ class Request:
             raise WrongUse("nothing to calibrate from: give reference tests, or a life with --aged")
         if (self.aged is None) != (self.cycle is None):
             raise WrongUse("--aged and --cycle belong together: what was found, and what was flown")
+        self._refuse_idle(OF_TESTS, "a TEST.csv", there=bool(self.tests))
+        self._refuse_idle(OF_LIFE, "--aged", there=self.aged is not None)
         if self.out.suffix != ".toml":
             raise WrongUse(f"--out {shown}: expected a name in .toml")
         if self.out.resolve() == self.pack.resolve():
@@ -88,6 +93,12 @@ class Request:
     def files(self) -> Files:
         """What is written."""
         return Files(self.out)
+
+    def _refuse_idle(self, names: Sequence[str], what: str, *, there: bool) -> None:
+        """WrongUse if one of these options is given and what it is for is not."""
+        idle = [f"--{name.replace('_', '-')}" for name in names if name in self.given]
+        if idle and not there:
+            raise WrongUse(f"{', '.join(idle)}: nothing to do without {what}")
 
 
 def run(request: Request) -> int:

@@ -5,6 +5,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 import click
+from click.core import ParameterSource
 
 CELSIUS = -73.0, 126.0  # what a pack may have: 200 to 400 K
 AnyFile = click.Path(exists=True, dir_okay=False, path_type=Path)
@@ -48,6 +49,13 @@ BATTERY = click.option(
     metavar="N",
     help="Which battery of a log, counted from 0; by itself the one that carries the flight.",
 )
+
+
+def given() -> frozenset[str]:
+    """Names of the parameters that stand on the command line; the others have their defaults."""
+    ctx = click.get_current_context()
+    named = ParameterSource.COMMANDLINE
+    return frozenset(name for name in ctx.params if ctx.get_parameter_source(name) is named)
 
 
 class HoldsOut(click.Command):

@@ -27,18 +27,24 @@ from analyze.workbench.plots import replay_svg
 from analyze.workbench.watch import watching
 from twin.whole_file import write_whole
 
+OF_A_LOAD = frozenset({"source", "scale", "between", "sensor", "battery"})
+
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Request(Ask):
-    """The command line; an empty sweep is None."""
+    """The command line; an empty sweep is None, and `given` are the names that stand on it."""
 
     ambient_c: tuple[float, ...] | None = None
     c_rate: tuple[float, ...] | None = None
     scale: tuple[float, ...] | None = None
+    given: frozenset[str] = frozenset()
 
     def __post_init__(self) -> None:
-        if self.c_rate and (self.source or self.scale):
-            raise WrongUse("--c-rate draws constant currents: it takes no load and no --scale")
+        if self.c_rate and self.given & OF_A_LOAD:
+            raise WrongUse(
+                "--c-rate draws constant currents: it takes no load and no --scale, --between, "
+                "--sensor or --battery"
+            )
         if not self.c_rate and not self.source:
             raise WrongUse("nothing to draw: name a log or a LOAD.csv, or give --c-rate")
 

@@ -387,3 +387,28 @@ def test_half_a_life_is_refused(tmp_path: Path, arguments: list[str], said: str)
     result = call(tmp_path, *given, pack=AGED)
     assert result.exit_code == 2
     assert said in result.output
+
+
+@pytest.mark.parametrize(
+    ("arguments", "said"),
+    [
+        (["--resume", "--seed", "0"], "--seed, --resume: nothing to do without a TEST.csv"),
+        (["--one-mount"], "--one-mount: nothing to do without a TEST.csv"),
+        (["--evaluations", "9"], "--evaluations: nothing to do without a TEST.csv"),
+    ],
+)
+def test_options_of_tests_are_refused_where_there_is_a_life_alone(
+    tmp_path: Path, arguments: list[str], said: str
+) -> None:
+    result = call(tmp_path, *put_life(tmp_path), *arguments, pack=AGED)
+    assert (result.exit_code, said in result.output) == (2, True), result.output
+
+
+@pytest.mark.parametrize(
+    "option", ["--repeat", "--rest-s=1800", "--charge-rate=1", "--until-rate=1", "--charge-to=4"]
+)
+def test_options_of_a_life_are_refused_where_there_is_none(tmp_path: Path, option: str) -> None:
+    (tmp_path / "t.csv").write_text("a,b\n1,2\n")
+    result = call(tmp_path, str(tmp_path / "t.csv"), option)
+    assert result.exit_code == 2
+    assert f"{option.partition('=')[0]}: nothing to do without --aged" in result.output

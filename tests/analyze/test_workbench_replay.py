@@ -167,6 +167,10 @@ def test_a_rate_sweep_goes_down_to_the_cut_off(tmp_path: Path) -> None:
     [
         ((), "name a log or a LOAD.csv, or give --c-rate"),
         (("LOAD", "--c-rate", "1"), "it takes no load"),
+        (("--c-rate", "1", "--scale", "2"), "no load and no --scale, --between, --sensor or"),
+        (("--c-rate", "1", "--between", "linear"), "no --scale, --between, --sensor or --battery"),
+        (("--c-rate", "1", "--sensor", "LOAD"), "no --scale, --between, --sensor or --battery"),
+        (("--c-rate", "1", "--battery", "0"), "no --scale, --between, --sensor or --battery"),
         (("--c-rate", "1,x"), "expected numbers above 0"),
         (("--c-rate", "-1"), "expected numbers above 0 with commas"),
         (("--c-rate", "inf"), "expected numbers above 0"),
