@@ -136,7 +136,7 @@ def age(**options: object) -> None:
     "--between",
     type=click.Choice(["hold", "linear"]),
     default="hold",
-    show_default=True,
+    show_default="hold for TEST.csv, linear for PROFILE.csv",
     help="How the current runs between rows: held (programmed steps), or straight (a sensor).",
 )
 @click.option(

@@ -44,6 +44,7 @@ from twin.pack import Pack
 
 LEAST_SQUARES = MOST_STEPS, "steps"
 SAVED_EVERY_S = 5.0  # the search, while it goes on
+OF_A_CYCLE = Between.LINEAR.value  # as twin age has it, where nothing else is given
 OF_TESTS = ("one_mount", "evaluations", "seed", "resume")
 OF_LIFE = ("repeat", "rest_s", "charge_rate", "until_rate", "charge_to")
 
@@ -110,7 +111,7 @@ def run(request: Request) -> int:
             cycle=request.cycle,
             pack=request.out if request.tests else request.pack,
             out=request.out,
-            between=request.between,
+            between=request.between if "between" in request.given else OF_A_CYCLE,
             regime=partial(
                 Regime,
                 repeat=request.repeat,
