@@ -1,6 +1,5 @@
 """`Study` -> the parts of `result.json` that tell the damage."""
 
-import math
 from typing import Literal
 
 from reports.parts import (
@@ -25,6 +24,7 @@ from twin.damage import (
     Ratio,
     Study,
 )
+from twin.finite import finite
 
 MAH = 1 / 3.6  # of a coulomb
 
@@ -62,7 +62,7 @@ def damage_part(study: Study | None, motion: str) -> DamagePart | None:
         positive_stress_mpa=stress[1],
         as_flown=_as_flown(study, motion),
         other_order_95={
-            name: _finite(study.attribution.order_error(motion, name).half_95) for name in MEASURES
+            name: finite(study.attribution.order_error(motion, name).half_95) for name in MEASURES
         },
         counterfactuals=_counterfactuals(own),
     )
@@ -134,7 +134,7 @@ def _counterfactuals(own: Assessed) -> dict[str, dict[str, float | None]] | None
     if not own.counterfactuals:
         return None
     return {
-        feature: {measure: _finite(own.without(feature, measure)) for measure in MEASURES}
+        feature: {measure: finite(own.without(feature, measure)) for measure in MEASURES}
         for feature in own.counterfactuals
     }
 
@@ -151,7 +151,7 @@ def _life(study: Study) -> LifePart | None:
         limited=_flights(lives.gentle),
         limit_a=lives.most_A,
         motions={name: _flights(one) for name, one in lives.motions.items()},
-        mix_of_motions=_finite(lives.by_shares),
+        mix_of_motions=finite(lives.by_shares),
         cell_uncertain=bool(others and others.of_cell),
         ageing=_ageing(others),
     )
@@ -166,9 +166,9 @@ def _ageing(others: Others | None) -> Literal["fitted", "assumed", "exact"]:
 def _flights(one: Lifetime) -> FlightsPart:
     lower, upper = one.interval_95
     return FlightsPart(
-        flights=_finite(one.reached),
-        lower_95=_finite(lower),
-        upper_95=_finite(upper),
+        flights=finite(one.reached),
+        lower_95=finite(lower),
+        upper_95=finite(upper),
         ended=one.projection.ended,
     )
 
@@ -176,12 +176,8 @@ def _flights(one: Lifetime) -> FlightsPart:
 def _ratio(ratio: Ratio) -> RatioPart:
     lower, upper = ratio.interval_95
     return RatioPart(
-        value=_finite(ratio.value),
-        std=_finite(ratio.error.std),
-        lower_95=_finite(lower),
-        upper_95=_finite(upper),
+        value=finite(ratio.value),
+        std=finite(ratio.error.std),
+        lower_95=finite(lower),
+        upper_95=finite(upper),
     )
-
-
-def _finite(value: float) -> float | None:
-    return value if math.isfinite(value) else None

@@ -1,6 +1,5 @@
 """`FlightReport` -> `Result`: the numbers of a page for programs to read."""
 
-import math
 from collections.abc import Iterable
 
 import numpy as np
@@ -32,6 +31,7 @@ from reports.result import Result
 from segment.segment import LoadStatistics, Segment
 from twin.calibrate.flight import NotFitted
 from twin.constants import ZERO_CELSIUS_K
+from twin.finite import finite
 from twin.mismatch import Finding, finding_json
 from twin.replay import Replay
 
@@ -138,8 +138,8 @@ def _quality(report: FlightReport) -> QualityPart:
         ),
         dropouts_s=report.log.dropouts_s,
         recovered_fraction=report.log.recovered_fraction,
-        coulomb_check=_finite(recording.coulomb_check),
-        resistance_mohm=None if resistance is None else _finite(1000 * resistance),
+        coulomb_check=finite(recording.coulomb_check),
+        resistance_mohm=None if resistance is None else finite(1000 * resistance),
         gaps=GapsPart(
             count=gaps.count,
             total_s=gaps.total_s,
@@ -178,10 +178,10 @@ def _alignment(report: FlightReport) -> AlignmentPart | None:
 def _load(load: LoadStatistics) -> LoadPart:
     return LoadPart(
         charge_ah=load.charge_C / 3600,
-        energy_wh=_finite(load.energy_J / 3600),
+        energy_wh=finite(load.energy_J / 3600),
         mean_current_a=load.mean_A,
         rms_current_a=load.rms_A,
-        p99_current_a=_finite(load.p99_A),
+        p99_current_a=finite(load.p99_A),
         ripple_a=load.ripple_A,
     )
 
@@ -263,7 +263,3 @@ def _pair(values: np.ndarray[tuple[int], np.dtype[np.float64]]) -> tuple[float, 
 
 def _milli(value: float | None) -> float | None:
     return None if value is None else 1000 * value
-
-
-def _finite(value: float | None) -> float | None:
-    return value if value is not None and math.isfinite(value) else None
