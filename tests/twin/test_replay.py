@@ -97,9 +97,17 @@ def test_units_change_nothing() -> None:
         np.testing.assert_allclose(getattr(scaled, name), getattr(plain, name))
 
 
-def test_a_clock_that_was_set_in_a_recording_is_refused_with_its_line() -> None:
-    with pytest.raises(LoadError, match="line 4: 19676 days after the line before"):
-        read("time_s,current_A\n0,1\n1,1\n1.7e9,1\n1700000001,1\n")
+@pytest.mark.parametrize(
+    ("times", "said"),
+    [
+        (["0", "1", "1.7e9", "1700000001"], r"19676 days.*1.7e\+09 s, is before line 4"),
+        ([f"{k}e5" for k in range(600)], "693 days long"),
+    ],
+    ids=["a clock that was set", "microseconds that are called seconds"],
+)
+def test_what_no_twin_could_follow_is_refused(times: list[str], said: str) -> None:
+    with pytest.raises(LoadError, match=said):
+        read("\n".join(["time_s,current_A", *(f"{t},1" for t in times)]))
 
 
 def test_lines_that_cannot_be_used_are_left_out_and_told() -> None:
