@@ -1,54 +1,113 @@
-"""`twin prove --check`: do the files of a proof hold against its ledger?"""
+"""`twin prove --check`: do the files of a proof hold against its ledger, and what it shows?"""
 
 import json
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
-from proof.judge import VERDICT
-from proof.ledger import FIRST, Entry, read_ledger, sha256_of, sha256_of_folder
+from proof.again import differences, proof_again
+from proof.judge import SAID
+from proof.ledger import (
+    EVENTS,
+    FIRST,
+    SHOWN,
+    Entry,
+    LedgerError,
+    read_ledger,
+    sha256_of,
+    sha256_of_folder,
+)
 from proof.out import FILE
-from proof.run import LEDGER, QUESTION, SEALED, TRIALS, TRUTH, WRITTEN
+from proof.places import LEDGER, QUESTION, SEALED, TRIALS, TRUTH, WRITTEN
 from proof.seal import truth_text, unseal
+from proof.shown import PAGE
 
-FILES = {VERDICT: f"{WRITTEN}/{VERDICT}"}
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Checked:
+    """What came of it.
+
+    Attributes:
+        opened: trials whose truth was opened.
+        broken: what does not hold, in words.
+        unchecked: what the ledger, being of an earlier version, says nothing of.
+    """
+
+    opened: int
+    broken: tuple[str, ...]
+    unchecked: tuple[str, ...]
 
 
-def broken(out: Path) -> tuple[int, list[str]]:
-    """How many trials were opened, and what does not hold, in words.
+def check(out: Path) -> Checked:
+    """All that is shown, beside the ledger, and beside the files that it was made from.
 
     Raises:
         LedgerError: the ledger itself is broken, or a trial was opened before it was judged.
         OSError: there is none.
     """
-    entries = read_ledger((out / LEDGER).read_text(encoding="utf-8"))
-    found = [text for entry in entries for text in _of_entry(out / TRIALS / entry.trial, entry)]
-    sealed = {e.trial: e for e in entries if e.event == "sealed"}
-    opened = [e for e in entries if e.event == "opened"]
-    for entry in opened:
-        found += _of_key(out / TRIALS / entry.trial, sealed[entry.trial], entry)
-    end = entries[-1].hash if entries else FIRST
-    if (proof := out / FILE).exists() and json.loads(proof.read_bytes())["ledger_head"] != end:
-        found.append(f"{LEDGER}: it ends elsewhere than {FILE} says: entries are missing, or more")
-    return len(opened), found
+    entries = _ledger(out / LEDGER)
+    trials = [e for e in entries if e.event != SHOWN]
+    opened = sum(e.event == "opened" for e in trials)
+    early = not any(e.event == SHOWN or SAID in e.sha256 for e in entries)
+    broken = [text for entry in entries for text in _of_entry(out, entry)]
+    broken += _of_keys(out / TRIALS, trials)
+    broken += _unknown(out / TRIALS, trials, spared=(SAID,) if early else ())
+    broken += _not_opened(trials)
+    broken += _of_proof(out, trials)
+    if not (early or entries[-1].event == SHOWN):
+        broken.append(f"{LEDGER}: its last entry, of {FILE} and {PAGE}, is missing")
+    if not (out / PAGE).is_file():
+        broken.append(f"{PAGE} is missing")
+    return Checked(
+        opened=opened,
+        broken=tuple(dict.fromkeys(broken)),
+        unchecked=(PAGE, f"{WRITTEN}/{SAID} of each trial") if early else (),
+    )
 
 
-def _of_entry(folder: Path, entry: Entry) -> Iterator[str]:
+def _ledger(path: Path) -> tuple[Entry, ...]:
+    try:
+        return read_ledger(path.read_text(encoding="utf-8"))
+    except UnicodeDecodeError as e:
+        raise LedgerError(f"{LEDGER}: no text: {e}") from e
+
+
+def _path(entry: Entry, name: str) -> Path:
+    """Of a file of an entry, beside the ledger."""
+    if entry.event == SHOWN:
+        return Path(name)
+    folder = Path(TRIALS, entry.trial)
+    return folder / WRITTEN / name if entry.event == "judged" else folder / name
+
+
+def _of_entry(out: Path, entry: Entry) -> Iterator[str]:
+    """Files that are not as the entry has them."""
+    whose = f"{entry.trial}: " if entry.trial else ""
     for name, expected in entry.sha256.items():
-        path = folder / FILES.get(name, name)
-        if not path.exists():
-            yield f"{entry.trial}: {name} is missing"
-        elif (sha256_of_folder if name == QUESTION else _of_file)(path) != expected:
-            yield f"{entry.trial}: {name} is not what was {entry.event}"
+        path = out / _path(entry, name)
+        try:
+            found = sha256_of_folder(path) if name == QUESTION else sha256_of(path.read_bytes())
+        except FileNotFoundError:
+            yield f"{whose}{name} is missing"
+        except OSError as e:
+            yield f"{whose}{name} cannot be read: {e.strerror}: {e.filename}"
+        else:
+            if found != expected:
+                yield f"{whose}{name} is not what was {entry.event}"
 
 
-def _of_file(path: Path) -> str:
-    return sha256_of(path.read_bytes())
+def _of_keys(folder: Path, entries: Sequence[Entry]) -> Iterator[str]:
+    sealed = {e.trial: e for e in entries if e.event == "sealed"}
+    for entry in entries:
+        if entry.event == "opened":
+            yield from _of_key(folder / entry.trial, sealed[entry.trial], entry)
 
 
 def _of_key(folder: Path, sealed: Entry, opened: Entry) -> Iterator[str]:
     """The key opens what was sealed, and that is the truth that is shown."""
     path = folder / SEALED
-    if not path.exists():
+    if not path.is_file():
         return
     token = path.read_bytes()
     try:
@@ -56,8 +115,55 @@ def _of_key(folder: Path, sealed: Entry, opened: Entry) -> Iterator[str]:
     except ValueError as e:
         yield f"{opened.trial}: {e}"
         return
-    if (
-        sha256_of(token) == sealed.sha256[SEALED]
-        and sha256_of(text.encode()) != opened.sha256[TRUTH]
-    ):
+    as_sealed = sha256_of(token) == sealed.sha256.get(SEALED)
+    if as_sealed and sha256_of(text.encode()) != opened.sha256.get(TRUTH):
         yield f"{opened.trial}: the truth that is shown is not the one that was sealed"
+
+
+def _unknown(folder: Path, entries: Sequence[Entry], spared: Sequence[str]) -> Iterator[str]:
+    """Trials that no entry is about, and files within the others."""
+    known = {Path(_path(e, name)).relative_to(TRIALS) for e in entries for name in e.sha256}
+    names = {path.parts[0] for path in known}
+    for own in sorted(p for p in folder.glob("*") if p.is_dir()):
+        if own.name not in names:
+            yield f"{own.name}: the ledger knows no such trial"
+            continue
+        for path in sorted((*own.glob("*"), *own.glob(f"{WRITTEN}/*"))):
+            place = path.relative_to(folder)
+            if place not in known and path.name not in (WRITTEN, *spared):
+                yield f"{own.name}: the ledger knows no {place.relative_to(own.name)}"
+
+
+def _not_opened(entries: Sequence[Entry]) -> Iterator[str]:
+    """A truth that stays sealed is one of which nobody knows what was said."""
+    last = {e.trial: e.event for e in entries}
+    if "opened" not in last.values():
+        yield "no trial was opened"
+    for trial, event in last.items():
+        if event != EVENTS[-1]:
+            yield f"{trial}: {event}, but its truth was never opened"
+
+
+def _of_proof(out: Path, entries: Sequence[Entry]) -> Iterator[str]:
+    """`proof.json` beside the ledger and what it was made from."""
+    path = out / FILE
+    if not path.is_file():
+        yield f"{FILE} is missing"
+        return
+    try:
+        shown = json.loads(path.read_bytes())
+        if shown["ledger_head"] != (entries[-1].hash if entries else FIRST):
+            yield (f"{LEDGER}: it ends elsewhere than {FILE} says: entries are missing, or more")
+        yield from _of_trials(shown, entries)
+        yield from differences(shown, proof_again(out, shown, entries), FILE)
+    except (LookupError, TypeError, ValueError, AttributeError, OSError) as e:
+        yield f"{FILE} is not made of the files of its trials: {type(e).__name__}: {e}"
+
+
+def _of_trials(shown: Mapping[str, Any], entries: Sequence[Entry]) -> Iterator[str]:
+    """It has each trial that was opened, once."""
+    names = [t["name"] for t in shown["trials"]]
+    opened = [e.trial for e in entries if e.event == "opened"]
+    for name in dict.fromkeys((*opened, *names)):
+        if names.count(name) != opened.count(name):
+            yield f"{FILE}: {name} is in it {names.count(name)} times, opened {opened.count(name)}"

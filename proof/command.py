@@ -1,6 +1,5 @@
 """`twin prove`: trials in which the effect is in the data and concealed from the tool."""
 
-import json
 import secrets
 import shlex
 import time
@@ -20,19 +19,16 @@ from analyze.interrupt import asked_to_stop
 from analyze.version import version
 from analyze.workbench.listing import print_table
 from analyze.workbench.watch import watching
-from proof.check import broken
+from proof.check import check
 from proof.ledger import LedgerError
-from proof.out import FILE, proof_json
+from proof.out import FILE
 from proof.outcome import Outcome, Proof
-from proof.page import proof_page
 from proof.run import Watch, prove
+from proof.shown import PAGE, show
 from proof.simulated.draw import trials as simulated
 from proof.trial import Trial
-from reports.render import render
-from twin.whole_file import write_whole
 
 NEEDED = ("pybamm", "cryptography")
-PAGE = "proof.html"
 SOLVES, CELLS = "solves", "cells"
 SHOWN = ("numpy", "scipy", "casadi", "pybamm", "cryptography")
 SEEDS = 10**9
@@ -70,7 +66,7 @@ def run(request: Request) -> int:
     jobs = request.jobs or cpu_count() or 1
     with asked_to_stop("trial") as asked, watching(3 * len(trials), "trials") as tell:
         watch = Watch(tell=_Counted(tell, len(trials)), stop=asked)
-        done, left, head = prove(trials, request.out, jobs=jobs, watch=watch)
+        done, left, ledger = prove(trials, request.out, jobs=jobs, watch=watch)
         stopped = asked()
     proof = Proof(
         seed=seed,
@@ -78,11 +74,10 @@ def run(request: Request) -> int:
         trials=done,
         not_made=left,
         versions=dict(_versions()),
-        head=head,
+        head=ledger.head,
         seconds=time.perf_counter() - start,
     )
-    write_whole(request.out / FILE, json.dumps(proof_json(proof), indent=1) + "\n")
-    write_whole(request.out / PAGE, render(proof_page(proof)))
+    show(request.out, proof, ledger)
     _tell(proof)
     for file in (FILE, PAGE):
         click.echo(f"written  {click.format_filename(request.out / file)}")
@@ -159,18 +154,28 @@ def _tell(proof: Proof) -> None:
 
 
 def _check(out: Path) -> int:
+    if find_spec("cryptography") is None:
+        raise WrongUse(
+            "--check: cryptography not installed: what was sealed cannot be opened again"
+        )
     try:
-        count, found = broken(out)
+        found = check(out)
     except OSError as e:
         raise WrongUse(f"--check: no proof in {click.format_filename(out)}: {e}") from e
     except LedgerError as e:
         click.echo(f"broken   {e}", err=True)
         return 1
-    for text in found:
+    for text in found.broken:
         click.echo(f"broken   {text}", err=True)
-    if not found:
+    for text in found.unchecked:
         click.echo(
-            f"holds    {count} trials: every file is what the ledger says, and every verdict was "
-            "written before its truth was opened"
+            f"open     {text}: not checked, its hash is not in the ledger of this earlier version",
+            err=True,
         )
-    return 1 if found else 0
+    if found.broken:
+        return 1
+    click.echo(
+        f"holds    {found.opened} trials: every file is what the ledger says, {FILE} says what "
+        "they say, and every verdict was written before its truth was opened"
+    )
+    return 0

@@ -14,7 +14,7 @@ from typing import Any
 
 from proof.question import Question
 
-VERDICT = "mismatch.json"
+VERDICT, SAID = "mismatch.json", "explain.html"
 LONGEST_S = 1800.0
 
 

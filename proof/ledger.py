@@ -3,6 +3,8 @@
 A line of JSON an entry. Whoever changes an entry, or puts one in between, changes every hash after
 it. It tells the order, and that nothing was exchanged later; that the times are true it cannot
 tell: for that, run the trials yourself, with a seed of your own.
+
+The last entry is of what was shown of all trials; it has the hashes of those files.
 """
 
 import hashlib
@@ -17,6 +19,7 @@ from proof.outcome import Stamp
 
 FIRST = "0" * 64
 EVENTS = ("sealed", "judged", "opened")
+SHOWN = "shown"
 
 
 class LedgerError(ValueError):
@@ -30,8 +33,8 @@ class Entry:
     Attributes:
         number: from 0.
         utc: ISO 8601.
-        event: one of EVENTS.
-        trial: name of it.
+        event: one of EVENTS, or SHOWN.
+        trial: name of it; "" of SHOWN.
         sha256: of the files that it is about, by name.
         key: of what was sealed, when it is opened; else "".
         before: hash of the entry before.
@@ -89,7 +92,8 @@ def read_ledger(text: str) -> tuple[Entry, ...]:
         if (entry.number, entry.before) != (number, before):
             raise LedgerError(f"entry {number}: it does not follow from the one before it")
         before = entry.hash
-    for trial in dict.fromkeys(e.trial for e in entries):
+    of_trials = entries[:-1] if entries and entries[-1].event == SHOWN else entries
+    for trial in dict.fromkeys(e.trial for e in of_trials):
         _check_order(trial, [e.event for e in entries if e.trial == trial])
     return entries
 
@@ -97,9 +101,14 @@ def read_ledger(text: str) -> tuple[Entry, ...]:
 def _parsed(text: str) -> Iterator[Entry]:
     for number, line in enumerate(text.splitlines()):
         try:
-            yield Entry(**json.loads(line))
+            entry = Entry(**json.loads(line))
         except (TypeError, ValueError) as e:
             raise LedgerError(f"entry {number}: no entry of a ledger: {e}") from e
+        texts = (entry.utc, entry.event, entry.trial, entry.key, entry.before)
+        hashes = entry.sha256
+        if not isinstance(hashes, dict) or not all(isinstance(t, str) for t in texts):
+            raise LedgerError(f"entry {number}: no entry of a ledger: texts and hashes expected")
+        yield entry
 
 
 def _check_order(trial: str, events: Sequence[str]) -> None:

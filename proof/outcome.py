@@ -167,7 +167,7 @@ class Proof:
         trials: in their order.
         not_made: trials that are not among them.
         versions: program -> version.
-        head: hash of the ledger's last entry.
+        head: hash of the ledger's last entry on a trial.
         seconds: of the whole run.
     """
 

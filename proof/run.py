@@ -18,10 +18,12 @@ from typing import Any, TypeVar
 
 from proof.baselines import baselines
 from proof.capacity import predicted_capacity_C
-from proof.compare import adopted, named_in, opened, outcome, sized
-from proof.judge import VERDICT, NoVerdict, Verdict, judge
+from proof.compare import adopted, opened
+from proof.judge import NoVerdict, Verdict, judge
+from proof.judged import judged_trial
 from proof.ledger import Entry, Ledger, sha256_of, sha256_of_folder
 from proof.outcome import Judged, NotMade
+from proof.places import LEDGER, QUESTION, SEALED, TRIALS, TRUTH, WRITTEN
 from proof.question import Question
 from proof.seal import seal, truth_text, unseal
 from proof.trial import NoTrial, Trial
@@ -29,9 +31,6 @@ from proof.truth import Truth
 from twin.whole_file import write_whole
 
 A = TypeVar("A")
-
-LEDGER, TRIALS = "ledger.jsonl", "trials"
-QUESTION, SEALED, WRITTEN, TRUTH = "question", "truth.sealed", "verdict", "truth.json"
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -59,8 +58,8 @@ class Sealed:
 
 def prove(
     trials: Sequence[Trial], out: Path, *, jobs: int, watch: Watch
-) -> tuple[tuple[Judged, ...], tuple[NotMade, ...], str]:
-    """Judged and not made, in the order of `trials`, and the hash of the ledger's last entry.
+) -> tuple[tuple[Judged, ...], tuple[NotMade, ...], Ledger]:
+    """Judged and not made, in the order of `trials`, and the ledger.
 
     Args:
         trials: with names that are folders of `out`/trials.
@@ -77,7 +76,7 @@ def prove(
         for t in trials
         if t.name not in done
     )
-    return tuple(done.values()), left, run.ledger.head
+    return tuple(done.values()), left, run.ledger
 
 
 class _Run:
@@ -110,8 +109,8 @@ class _Run:
         def judged(name: str) -> tuple[Verdict, Entry]:
             own = self._folder / name
             verdict = judge(sealed[name].question, own / QUESTION, own / WRITTEN)
-            text = (own / WRITTEN / VERDICT).read_bytes()
-            return verdict, self.ledger.append("judged", name, {VERDICT: sha256_of(text)})
+            written = {p.name: sha256_of(p.read_bytes()) for p in (own / WRITTEN).iterdir()}
+            return verdict, self.ledger.append("judged", name, written)
 
         with ThreadPoolExecutor(self._jobs) as threads:
             return self._gathered("judged", {n: threads.submit(judged, n) for n in sealed})
@@ -190,22 +189,12 @@ def _judged(
     own: Sealed, truth: tuple[Truth, Entry], verdict: tuple[Verdict, Entry],
     compared: Mapping[str, Any],
 ) -> Judged:  # fmt: skip
-    content, errors = verdict[0].content, verdict[0].content["rmse_mv"]
-    named = named_in(content)
-    return Judged(
+    return judged_trial(
+        truth[0],
+        verdict[0].content,
+        {entry.event: entry for entry in (own.entry, verdict[1], truth[1])},
         name=own.trial.name,
         source=own.trial.source,
-        truth=truth[0],
-        verdict=content["verdict"],
-        named=named,
-        outcome=outcome(truth[0], content["verdict"], named),
-        noise_V=1e-3 * errors["noise_floor"],
-        held_out_before_V=1e-3 * errors["holdout_before"],
-        held_out_after_V=1e-3 * errors["holdout_after"],
-        sized=sized(truth[0], content),
-        sealed=own.entry.stamp(SEALED),
-        judged=verdict[1].stamp(VERDICT),
-        opened=truth[1].stamp(TRUTH),
         seconds=verdict[0].seconds,
         **compared,
     )

@@ -307,8 +307,8 @@ def explain(**options: object) -> None:
     "--check",
     type=click.Path(exists=True, file_okay=False, path_type=Path),
     metavar="DIR",
-    help="Do nothing but check a proof: every file against the ledger, and that each verdict came "
-    "before its truth was opened.",
+    help="Do nothing but check a proof: every file against the ledger, what proof.json says "
+    "against verdicts and truths, and that each verdict came before its truth was opened.",
 )
 def prove(**options: object) -> None:
     """Put effects into data, conceal them, ask `twin explain`, and open the truth afterwards.

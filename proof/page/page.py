@@ -45,7 +45,7 @@ def provenance(proof: Proof) -> Section:
         rows=(
             Row(label="Seed", value=str(proof.seed), note="effects and sizes were drawn from it"),
             Row(label="Command", value=proof.command),
-            Row(label="Last hash of the ledger", value=proof.head),
+            Row(label="Hash of the ledger", value=proof.head),
             Row(label="Whole run", value=minutes(proof.seconds), unit="min:s"),
             *(Row(label=name, value=version) for name, version in sorted(proof.versions.items())),
         ),

@@ -34,7 +34,7 @@ LEAD = (
     "cannot tell: for that, run the trials yourself, with a seed of your own.",
     "To check a run, twin prove --check follows the ledger from entry to entry, computes the hash "
     "of every file anew and opens every sealed truth again with its key: it has to be the one "
-    "that is shown.",
+    "that is shown. From truths and verdicts it makes proof.json again, which has to be the same.",
 )
 
 
@@ -55,7 +55,12 @@ def protocol(proof: Proof) -> Section:
         lead=LEAD,
         notices=tuple(notices),
         rows=(
-            Row(label="Last hash of the ledger", value=proof.head),
+            Row(
+                label="Hash of the ledger",
+                value=proof.head,
+                note="of its last entry on a trial; one more has the hashes of this page and of "
+                "proof.json",
+            ),
             Row(
                 label="To check it",
                 value="twin prove --check DIR",

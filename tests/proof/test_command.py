@@ -13,7 +13,7 @@ pytest.importorskip("cryptography", reason="truths are sealed with `cryptography
 from analyze.workbench.__main__ import main
 from proof import command
 from proof import run as protocol
-from proof.run import LEDGER
+from proof.places import LEDGER
 from proof.trial import Trial
 from tests.proof import trials
 from tests.proof.test_protocol import says_resistance
