@@ -5,14 +5,16 @@ import shutil
 import signal
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from concurrent.futures import (
+    FIRST_COMPLETED,
     Executor,
     Future,
     ProcessPoolExecutor,
     ThreadPoolExecutor,
-    as_completed,
+    wait,
 )
 from contextlib import contextmanager
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from typing import Any, TypeVar
 
@@ -86,13 +88,16 @@ class _Run:
         self.ledger, self.reasons = Ledger(out / LEDGER), dict[str, str]()
         self._folder, self._jobs, self._watch = out / TRIALS, jobs, watch
         for old in self._folder.glob("trial-*"):  # of an earlier call
-            shutil.rmtree(old)
+            if old.is_dir() and not old.is_symlink():
+                shutil.rmtree(old)
 
     def seal(self, trials: Sequence[Trial]) -> dict[str, Sealed]:
         """Every truth that can be made."""
         with _processes(self._jobs) as pool:
-            asked = {t.name: pool.submit(_sealed, t, self._folder / t.name) for t in trials}
-            made = self._gathered("sealed", asked)
+            made = self._gathered(
+                "sealed",
+                {t.name: partial(pool.submit, _sealed, t, self._folder / t.name) for t in trials},
+            )
         return {
             t.name: Sealed(
                 trial=t, question=question, key=key,
@@ -113,7 +118,8 @@ class _Run:
             return verdict, self.ledger.append("judged", name, written)
 
         with ThreadPoolExecutor(self._jobs) as threads:
-            return self._gathered("judged", {n: threads.submit(judged, n) for n in sealed})
+            asked = {n: partial(threads.submit, judged, n) for n in sealed}
+            return self._gathered("judged", asked)
 
     def open(
         self, sealed: Mapping[str, Sealed], verdicts: Mapping[str, tuple[Verdict, Entry]]
@@ -123,7 +129,13 @@ class _Run:
         truths = {n: _opened(self.ledger, self._folder / n, sealed[n]) for n in judged}
         with _processes(self._jobs) as pool:
             asked = {
-                n: pool.submit(_compared, sealed[n].question, truths[n][0], verdicts[n][0].content)
+                n: partial(
+                    pool.submit,
+                    _compared,
+                    sealed[n].question,
+                    truths[n][0],
+                    verdicts[n][0].content,
+                )
                 for n in judged
             }
             known = self._gathered("opened", asked)
@@ -131,24 +143,40 @@ class _Run:
             n: _judged(sealed[n], truths[n], verdicts[n], known[n]) for n in judged if n in known
         }
 
-    def _gathered(self, phase: str, asked: Mapping[str, "Future[A]"]) -> dict[str, A]:
-        """Results by name; who looks on is told of each that was not cancelled."""
-        names = {future: name for name, future in asked.items()}
-        done = (future for future in as_completed(names) if not future.cancelled())
-        out: dict[str, A] = {}
-        for count, future in enumerate(done, start=1):
-            name = names[future]
-            try:
-                out[name] = future.result()
-            except (NoTrial, NoVerdict) as e:
-                self.reasons[name] = f"not {phase}: {e}"
-            except Exception as e:  # one that fails is counted and shown, and costs no other
-                self.reasons[name] = f"not {phase}: {type(e).__name__}: {e}"
-            self._watch.tell(phase, count, len(asked), name)
-            if self._watch.stop() and phase != "opened":  # what was judged is opened
-                for other in names:
-                    other.cancel()
-        return out
+    def _gathered(self, phase: str, asked: Mapping[str, Callable[[], Future[A]]]) -> dict[str, A]:
+        """Results by name; who looks on is told of each.
+
+        So many as can be at work are handed over, no more: a pool takes some ahead, and those
+        cannot be taken back when a person asks to stop.
+        """
+        waiting, working, out = list(asked), dict[Future[A], str](), dict[str, A]()
+        count = 0
+        while True:
+            while waiting and len(working) < self._jobs and not self._stopped(phase):
+                name = waiting.pop(0)
+                with self._counted(phase, name):
+                    working[asked[name]()] = name
+            if not working:
+                return out
+            for future in wait(working, return_when=FIRST_COMPLETED).done:
+                name, count = working.pop(future), count + 1
+                with self._counted(phase, name):
+                    out[name] = future.result()
+                self._watch.tell(phase, count, len(asked), name)
+
+    def _stopped(self, phase: str) -> bool:
+        """What was judged is opened in any case."""
+        return phase != "opened" and self._watch.stop()
+
+    @contextmanager
+    def _counted(self, phase: str, name: str) -> Iterator[None]:
+        """A trial that fails costs no other."""
+        try:
+            yield
+        except (NoTrial, NoVerdict) as e:
+            self.reasons[name] = f"not {phase}: {e}"
+        except Exception as e:  # one that fails is counted and shown
+            self.reasons[name] = f"not {phase}: {type(e).__name__}: {e}"
 
 
 def _sealed(trial: Trial, folder: Path) -> tuple[Question, str, dict[str, str]]:

@@ -2,11 +2,12 @@
 
 import json
 from collections.abc import Mapping
-from concurrent.futures import Future
+from concurrent.futures import Future, ThreadPoolExecutor
+from concurrent.futures.process import BrokenProcessPool
 from dataclasses import replace
+from functools import partial
 from itertools import product
 from pathlib import Path
-from threading import Timer
 from typing import Any
 
 import pytest
@@ -159,16 +160,51 @@ def test_a_truth_that_is_opened_before_its_verdict_is_refused(tmp_path: Path) ->
         read_ledger((tmp_path / LEDGER).read_text())
 
 
-def test_who_looks_on_is_not_told_of_what_was_cancelled(tmp_path: Path) -> None:
+@pytest.mark.parametrize(("jobs", "at_work"), [(1, 1), (2, 2)])
+def test_after_a_stop_only_the_trials_at_work_are_finished(
+    tmp_path: Path, jobs: int, at_work: int
+) -> None:
+    """The pool would begin with more; what it holds ahead cannot be cancelled."""
+    begun: list[str] = []
     seen: list[tuple[int, int]] = []
-    told = Watch(tell=lambda _, count, of, __: seen.append((count, of)), stop=lambda: False)
-    futures: dict[str, Future[int]] = {name: Future() for name in "abc"}
-    for name in "ab":
-        futures[name].cancel()
-        futures[name].set_running_or_notify_cancel()
-    Timer(0.1, futures["c"].set_result, [3]).start()  # the last to come
-    assert protocol._Run(tmp_path, 1, told)._gathered("judged", futures) == {"c": 3}
-    assert seen == [(1, 3)]
+    told = Watch(tell=lambda _, n, of, __: seen.append((n, of)), stop=lambda: bool(begun[1:]))
+    run = protocol._Run(tmp_path, jobs, told)
+
+    def work(name: str) -> str:
+        begun.append(name)
+        return name.upper()
+
+    with ThreadPoolExecutor(jobs) as pool:
+        asked = {name: partial(pool.submit, work, name) for name in "abcdef"}
+        found = run._gathered("sealed", asked)
+    assert 2 <= len(found) <= 1 + at_work
+    assert begun == list("abcdef")[: len(found)]
+    assert seen == [(k, 6) for k in range(1, len(found) + 1)]
+    assert run._gathered("judged", asked) == {}
+    assert run.reasons == {}
+
+
+def test_a_stop_while_truths_are_made_begins_no_verdict(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(protocol, "judge", says_resistance)
+    seen: list[str] = []
+    told = Watch(tell=lambda phase, *_: seen.append(phase), stop=lambda: bool(seen))
+    every = [trials.trial(f"trial-{k:03d}", 0.0) for k in (1, 2, 3)]
+    done, left, _ = prove(every, tmp_path, jobs=1, watch=told)
+    assert seen == ["sealed"]
+    assert not done
+    assert [n.reason for n in left] == ["stopped before"] * 3
+    assert [e.event for e in read_ledger((tmp_path / LEDGER).read_text())] == ["sealed"]
+
+
+def test_a_pool_that_broke_costs_its_trials_and_is_told(tmp_path: Path) -> None:
+    def broken() -> Future[int]:
+        raise BrokenProcessPool("a worker died")
+
+    run = protocol._Run(tmp_path, 1, watch())
+    assert run._gathered("sealed", {"a": broken, "b": broken}) == {}
+    assert run.reasons == dict.fromkeys("ab", "not sealed: BrokenProcessPool: a worker died")
 
 
 def test_of_an_earlier_run_in_the_same_folder_nothing_is_left(
@@ -195,8 +231,7 @@ def test_after_a_stop_what_was_judged_is_opened(
     told = Watch(tell=lambda phase, *_: seen.append(phase), stop=lambda: seen.count("judged") == 1)
     every = [trials.trial(f"trial-{k:03d}", 0.0) for k in (1, 2, 3)]
     done, left, _ = prove(every, tmp_path, jobs=1, watch=told)
-    assert len(done) >= 1
-    assert len(done) + len(left) == 3
-    assert {n.reason for n in left} <= {"stopped before"}
+    assert len(done) == 1
+    assert [n.reason for n in left] == ["stopped before"] * 2
     events = [e.event for e in read_ledger((tmp_path / LEDGER).read_text())]
     assert events.count("opened") == len(done)
