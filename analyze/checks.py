@@ -1,6 +1,8 @@
 """What both commands look at before they begin; what is wrong with it is exit code 2."""
 
 import os
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
 from pathlib import Path
 
 import click
@@ -34,6 +36,23 @@ def make_writable(out: Path) -> None:
         raise WrongUse(f"{click.format_filename(out)}: cannot be made: {e.strerror}") from e
     if not os.access(out, os.W_OK | os.X_OK):
         raise WrongUse(f"{click.format_filename(out)}: may not be written to")
+
+
+@contextmanager
+def writable(out: Path) -> Iterator[None]:
+    """The folder, as by `make_writable`; if all fails before anything is in it, it goes again.
+
+    So do the folders above that were made for it.
+    """
+    made = [p for p in (out, *out.parents) if not p.exists()]
+    try:
+        make_writable(out)
+        yield
+    except BaseException:  # Ctrl-C too
+        for folder in made:
+            with suppress(OSError):  # there is something in it, or it was not made
+                folder.rmdir()
+        raise
 
 
 def is_log(path: Path) -> bool:

@@ -18,10 +18,8 @@ from proof.ledger import (
     sha256_of,
     sha256_of_folder,
 )
-from proof.out import FILE
-from proof.places import LEDGER, QUESTION, SEALED, TRIALS, TRUTH, WRITTEN
+from proof.places import LEDGER, PAGE, PROOF, QUESTION, SEALED, TRIALS, TRUTH, WRITTEN
 from proof.seal import truth_text, unseal
-from proof.shown import PAGE
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -56,7 +54,7 @@ def check(out: Path) -> Checked:
     broken += _not_opened(trials)
     broken += _of_proof(out, trials)
     if not (early or entries[-1].event == SHOWN):
-        broken.append(f"{LEDGER}: its last entry, of {FILE} and {PAGE}, is missing")
+        broken.append(f"{LEDGER}: its last entry, of {PROOF} and {PAGE}, is missing")
     if not (out / PAGE).is_file():
         broken.append(f"{PAGE} is missing")
     return Checked(
@@ -146,18 +144,18 @@ def _not_opened(entries: Sequence[Entry]) -> Iterator[str]:
 
 def _of_proof(out: Path, entries: Sequence[Entry]) -> Iterator[str]:
     """`proof.json` beside the ledger and what it was made from."""
-    path = out / FILE
+    path = out / PROOF
     if not path.is_file():
-        yield f"{FILE} is missing"
+        yield f"{PROOF} is missing"
         return
     try:
         shown = json.loads(path.read_bytes())
         if shown["ledger_head"] != (entries[-1].hash if entries else FIRST):
-            yield (f"{LEDGER}: it ends elsewhere than {FILE} says: entries are missing, or more")
+            yield (f"{LEDGER}: it ends elsewhere than {PROOF} says: entries are missing, or more")
         yield from _of_trials(shown, entries)
-        yield from differences(shown, proof_again(out, shown, entries), FILE)
+        yield from differences(shown, proof_again(out, shown, entries), PROOF)
     except (LookupError, TypeError, ValueError, AttributeError, OSError) as e:
-        yield f"{FILE} is not made of the files of its trials: {type(e).__name__}: {e}"
+        yield f"{PROOF} is not made of the files of its trials: {type(e).__name__}: {e}"
 
 
 def _of_trials(shown: Mapping[str, Any], entries: Sequence[Entry]) -> Iterator[str]:
@@ -166,4 +164,4 @@ def _of_trials(shown: Mapping[str, Any], entries: Sequence[Entry]) -> Iterator[s
     opened = [e.trial for e in entries if e.event == "opened"]
     for name in dict.fromkeys((*opened, *names)):
         if names.count(name) != opened.count(name):
-            yield f"{FILE}: {name} is in it {names.count(name)} times, opened {opened.count(name)}"
+            yield f"{PROOF}: {name} is in it {names.count(name)} times, opened {opened.count(name)}"

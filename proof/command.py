@@ -14,17 +14,17 @@ from pathlib import Path
 import click
 import numpy as np
 
-from analyze.checks import WrongUse, make_writable
+from analyze.checks import WrongUse, writable
 from analyze.interrupt import asked_to_stop
 from analyze.version import version
 from analyze.workbench.listing import print_table
 from analyze.workbench.watch import watching
 from proof.check import check
 from proof.ledger import LedgerError
-from proof.out import FILE
 from proof.outcome import Outcome, Proof
+from proof.places import PAGE, PROOF, in_the_way
 from proof.run import Watch, prove
-from proof.shown import PAGE, show
+from proof.shown import show
 from proof.simulated.draw import trials as simulated
 from proof.trial import Trial
 
@@ -55,10 +55,16 @@ def run(request: Request) -> int:
             f"{' and '.join(missing)} not installed: the truths of twin prove are made by another "
             "simulator and sealed: pip install 'drone-battery-health[proof]'"
         )
+    if folder := in_the_way(request.out):
+        raise WrongUse(f"{click.format_filename(folder)} is in the way: move it elsewhere")
+    with writable(request.out):
+        return _proven(request)
+
+
+def _proven(request: Request) -> int:
     start, seed = time.perf_counter(), request.seed
     if seed is None:
         seed = secrets.randbelow(SEEDS)
-    make_writable(request.out)
     trials = _trials(request, seed)
     if not trials:
         raise WrongUse("nothing to prove: give --trials or --recordings")
@@ -79,7 +85,7 @@ def run(request: Request) -> int:
     )
     show(request.out, proof, ledger)
     _tell(proof)
-    for file in (FILE, PAGE):
+    for file in (PROOF, PAGE):
         click.echo(f"written  {click.format_filename(request.out / file)}")
     if stopped:
         return 130
@@ -175,7 +181,7 @@ def _check(out: Path) -> int:
     if found.broken:
         return 1
     click.echo(
-        f"holds    {found.opened} trials: every file is what the ledger says, {FILE} says what "
+        f"holds    {found.opened} trials: every file is what the ledger says, {PROOF} says what "
         "they say, and every verdict was written before its truth was opened"
     )
     return 0

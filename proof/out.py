@@ -9,7 +9,6 @@ from proof.targets import Target, capacity_error, over_floor, over_noise, target
 from proof.truth import Truth
 from twin.finite import finite
 
-FILE = "proof.json"
 VERSION = 1
 IN_JSON: Mapping[str, tuple[str, float]] = {
     "V": ("mv", 1e3),

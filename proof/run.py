@@ -25,7 +25,7 @@ from proof.judge import NoVerdict, Verdict, judge
 from proof.judged import judged_trial
 from proof.ledger import Entry, Ledger, sha256_of, sha256_of_folder
 from proof.outcome import Judged, NotMade
-from proof.places import LEDGER, QUESTION, SEALED, TRIALS, TRUTH, WRITTEN
+from proof.places import LEDGER, PAGE, PROOF, QUESTION, SEALED, TRIALS, TRUTH, WRITTEN
 from proof.question import Question
 from proof.seal import seal, truth_text, unseal
 from proof.trial import NoTrial, Trial
@@ -85,9 +85,11 @@ class _Run:
     """Three phases, and why trials did not come through one: `reasons`."""
 
     def __init__(self, out: Path, jobs: int, watch: Watch) -> None:
+        for file in (PROOF, PAGE):  # of an earlier call, as are the trials below
+            (out / file).unlink(missing_ok=True)
         self.ledger, self.reasons = Ledger(out / LEDGER), dict[str, str]()
         self._folder, self._jobs, self._watch = out / TRIALS, jobs, watch
-        for old in self._folder.glob("trial-*"):  # of an earlier call
+        for old in self._folder.glob("trial-*"):
             if old.is_dir() and not old.is_symlink():
                 shutil.rmtree(old)
 

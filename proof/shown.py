@@ -4,19 +4,18 @@ import json
 from pathlib import Path
 
 from proof.ledger import SHOWN, Ledger, sha256_of
-from proof.out import FILE, proof_json
+from proof.out import proof_json
 from proof.outcome import Proof
 from proof.page import proof_page
+from proof.places import PAGE, PROOF
 from reports.render import render
 from twin.whole_file import write_whole
-
-PAGE = "proof.html"
 
 
 def show(out: Path, proof: Proof, ledger: Ledger) -> None:
     """Both files, then the entry with their hashes, which is the ledger's last."""
     texts = {
-        FILE: json.dumps(proof_json(proof), indent=1) + "\n",
+        PROOF: json.dumps(proof_json(proof), indent=1) + "\n",
         PAGE: render(proof_page(proof)),
     }
     for name, text in texts.items():

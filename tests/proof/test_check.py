@@ -13,12 +13,11 @@ from proof import run as protocol
 from proof.check import check
 from proof.judge import SAID, VERDICT, Verdict
 from proof.ledger import FIRST, SHOWN, Entry, Ledger, LedgerError, read_ledger, sha256_of
-from proof.out import FILE
 from proof.outcome import Proof
-from proof.places import LEDGER, QUESTION, SEALED, TRIALS, TRUTH, WRITTEN
+from proof.places import LEDGER, PAGE, PROOF, QUESTION, SEALED, TRIALS, TRUTH, WRITTEN
 from proof.question import Question
 from proof.run import prove
-from proof.shown import PAGE, show
+from proof.shown import show
 from tests.proof import trials
 from tests.proof.test_protocol import says_resistance, watch
 
@@ -65,12 +64,12 @@ def as_by_an_earlier_version(out: Path) -> None:
         ledger.append(e.event, e.trial, hashes, key=e.key)
         assert before != (before := ledger.head)
     by_event = {(e.trial, e.event): e for e in entries_of(out)}
-    proof = json.loads((out / FILE).read_text())
+    proof = json.loads((out / PROOF).read_text())
     for trial in proof["trials"]:
         for event, file in (("sealed", SEALED), ("judged", VERDICT), ("opened", TRUTH)):
             stamp = by_event[trial["name"], event].stamp(file)
             trial[event] = {"utc": stamp.utc, "sha256": stamp.sha256, "entry": stamp.entry}
-    (out / FILE).write_text(json.dumps(proof | {"ledger_head": ledger.head}))
+    (out / PROOF).write_text(json.dumps(proof | {"ledger_head": ledger.head}))
 
 
 def test_what_was_shown_holds(shown: Path) -> None:
@@ -98,7 +97,7 @@ def test_a_file_that_is_changed_afterwards_is_found(copy: Path, file: str) -> No
     assert any("missing" in text or QUESTION in text for text in check(copy).broken)
 
 
-@pytest.mark.parametrize("file", [FILE, PAGE])
+@pytest.mark.parametrize("file", [PROOF, PAGE])
 def test_what_is_shown_and_changed_or_removed_is_found(copy: Path, file: str) -> None:
     (copy / file).write_text((copy / file).read_text().replace("wrong", "right"))
     assert f"{file} is not what was {SHOWN}" in check(copy).broken
@@ -131,10 +130,10 @@ def test_a_proof_that_says_what_its_trials_do_not_is_found_without_its_hash(
     copy: Path, change: Callable[[dict[str, object]], None]
 ) -> None:
     as_by_an_earlier_version(copy)
-    proof = json.loads((copy / FILE).read_text())
+    proof = json.loads((copy / PROOF).read_text())
     change(proof)
-    (copy / FILE).write_text(json.dumps(proof))
-    assert any(text.startswith(FILE) for text in check(copy).broken)
+    (copy / PROOF).write_text(json.dumps(proof))
+    assert any(text.startswith(PROOF) for text in check(copy).broken)
 
 
 def test_trials_and_files_that_the_ledger_does_not_know_are_found(copy: Path) -> None:
@@ -151,17 +150,17 @@ def test_a_ledger_that_was_cut_is_found_whatever_else_is_gone(copy: Path, left: 
     lines = (copy / LEDGER).read_text().splitlines(keepends=True)
     (copy / LEDGER).write_text("".join(lines[:left]))
     assert check(copy).broken
-    for file in (FILE, PAGE):
+    for file in (PROOF, PAGE):
         (copy / file).unlink()
     found = check(copy).broken
-    assert f"{FILE} is missing" in found
+    assert f"{PROOF} is missing" in found
     assert ("no trial was opened" in found) == (left < 5)
 
 
 @pytest.mark.parametrize("text", ["{", "{}", "[]", "7", '{"trials": 3}', '{"trials": [{}]}'])
 def test_a_proof_that_is_none_is_found(copy: Path, text: str) -> None:
-    (copy / FILE).write_text(text)
-    assert any(t.startswith(f"{FILE} is not made") for t in check(copy).broken)
+    (copy / PROOF).write_text(text)
+    assert any(t.startswith(f"{PROOF} is not made") for t in check(copy).broken)
 
 
 def test_damaged_files_are_broken_and_no_fault_of_ours(copy: Path) -> None:
@@ -186,4 +185,4 @@ def test_damaged_files_are_broken_and_no_fault_of_ours(copy: Path) -> None:
 
 def test_the_hashes_of_what_is_shown_are_those_of_the_files(shown: Path) -> None:
     last = entries_of(shown)[-1]
-    assert last.sha256 == {f: sha256_of((shown / f).read_bytes()) for f in (FILE, PAGE)}
+    assert last.sha256 == {f: sha256_of((shown / f).read_bytes()) for f in (PROOF, PAGE)}

@@ -67,9 +67,27 @@ def test_wrong_use(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     none = call("--out", tmp_path / "out", "--trials", 0)
     assert none.exit_code == 2
     assert "--trials or --recordings" in none.output
+    assert not (tmp_path / "out").exists()  # nothing is left of what was refused
     file = tmp_path / "file"
     file.write_text("")
     assert call("--out", file / "out").exit_code == 2
+
+
+@pytest.mark.parametrize("name", [LEDGER, "proof.json", "proof.html", "trials"])
+def test_what_is_in_the_way_is_told_before_anything_is_touched(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, name: str
+) -> None:
+    monkeypatch.setattr(command, "NEEDED", ())
+    (tmp_path / LEDGER).write_text("of an earlier run")
+    if name == "trials":
+        (tmp_path / name).write_text("notes")
+    else:
+        (tmp_path / name).unlink(missing_ok=True)
+        (tmp_path / name).mkdir()
+    refused = call("--out", tmp_path, "--trials", 2)
+    assert refused.exit_code == 2
+    assert f"{name} is in the way" in refused.output
+    assert name == LEDGER or (tmp_path / LEDGER).read_text() == "of an earlier run"
 
 
 def test_a_seed_that_nobody_gave_is_told(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -216,11 +216,12 @@ def test_of_an_earlier_run_in_the_same_folder_nothing_is_left(
         path = tmp_path / "trials" / name / part
         path.parent.mkdir(parents=True, exist_ok=True)
         path.write_text("{}")
+    (tmp_path / "trials" / "trial-notes.txt").write_text("mine")
     refused = Trial(name=names[1], source="nobody", make=trials.refused)
     done, left, _ = prove([trials.trial(names[0], 0.0), refused], tmp_path, jobs=1, watch=watch())
     assert [j.name for j in done] == [names[0]]  # `says_resistance` looks at its files
     assert [n.reason for n in left] == ["not sealed: there is no recording of it"]
-    assert [p.name for p in (tmp_path / "trials").iterdir()] == [names[0]]
+    assert {p.name for p in (tmp_path / "trials").iterdir()} == {names[0], "trial-notes.txt"}
 
 
 def test_after_a_stop_what_was_judged_is_opened(
