@@ -29,6 +29,7 @@ LONG_UNITS = {
     "kelvin": "k", "µs": "us", "μs": "us",
 }  # fmt: skip
 OPTIONAL = ("temperature_K", "ambient_K")
+KELVIN = 200.0, 400.0  # what a pack may have
 NOT_OF_THE_PACK = re.compile(r"ambient|air|chamber|oven")
 Place = tuple[int, float, float]
 """Of a column: where it stands, and factor and offset to SI."""
@@ -73,7 +74,8 @@ def read_test(stream: TextIO, *, name: str) -> MeasuredTable:
     cell in a column that is taken are left out.
 
     Raises:
-        CalibrationError: a column is missing, a cell is no number, or time does not increase.
+        CalibrationError: a column is missing, a cell is no number, time does not increase, or a
+            temperature is one that no pack has.
     """
     rows = csv_lines(stream, name=name)
     _, header = next(rows, (0, []))
@@ -94,6 +96,7 @@ def read_test(stream: TextIO, *, name: str) -> MeasuredTable:
     taken |= {f"voltage of cell {k}": place for k, place in enumerate(of_cells, start=1)}
     lines = [(number, row) for number, row in rows if _full(row, taken)]
     columns = {q: _values(lines, place, q, name) for q, place in taken.items()}
+    _check_temperatures(columns, taken, lines, header, name)
     time_s = columns["time_s"]
     if time_s.size < 2:
         raise CalibrationError(f"{name}: {time_s.size} samples: no test")
@@ -192,3 +195,26 @@ def _values(
         if not np.isfinite(out[k]):
             raise CalibrationError(f"{name}, line {line}: {quantity} is {row[place]!r}")
     return out * factor + offset
+
+
+def _check_temperatures(
+    columns: Mapping[str, FloatArray],
+    taken: Mapping[str, Place],
+    lines: Sequence[tuple[int, Sequence[str]]],
+    header: Sequence[str],
+    name: str,
+) -> None:
+    """Kelvin under a header with degC, or the other way round, is the usual mistake."""
+    low, high = KELVIN
+    for quantity in OPTIONAL:
+        kelvin = columns.get(quantity, np.empty(0))
+        if not (off := np.flatnonzero((kelvin < low) | (kelvin > high))).size:
+            continue
+        place, _, offset = taken[quantity]
+        line, row = lines[off[0]]
+        unit, other = ("K", 0.0) if offset else ("degC", QUANTITIES[quantity][1]["c"][1])
+        hint = f": is it in {unit}?" if low <= float(row[place]) + other <= high else ""
+        raise CalibrationError(
+            f"{name}, line {line}: {header[place]!r} is {row[place].strip()}, which is "
+            f"{kelvin[off[0]]:.2f} K; expected {low:g} to {high:g} K ({off.size} such lines){hint}"
+        )

@@ -56,6 +56,27 @@ def test_a_quote_that_is_not_closed_is_told_with_its_line(header: str) -> None:
 
 
 @pytest.mark.parametrize(
+    ("title", "value", "said"),
+    [
+        ("Temperature / degC", "298.15", "'Temperature / degC' is 298.15, which is 571.30 K"),
+        ("Temperature / degC", "298.15", "expected 200 to 400 K (1 such lines): is it in K?"),
+        ("Temperature / K", "25", "is 25, which is 25.00 K; expected 200 to 400 K"),
+        ("Temperature / K", "25", "is it in degC?"),
+        ("Chamber temp (C)", "300", "'Chamber temp (C)' is 300"),
+        ("Temperature / degC", "-999", "which is -725.85 K; expected 200 to 400 K (1 such lines)"),
+    ],
+)
+def test_a_temperature_that_no_pack_has_is_refused_with_its_line(
+    title: str, value: str, said: str
+) -> None:
+    usual = "293.15" if title.endswith("K") else "20"
+    with pytest.raises(CalibrationError, match=r"^t\.csv, line 3: ") as refused:
+        read(f"Time / s,Current / A,Voltage / V,{title}", f"0,0,4.1,{usual}", f"1,1,4.0,{value}")
+    assert said in str(refused.value)
+    assert "is it in" in str(refused.value) or value == "-999"
+
+
+@pytest.mark.parametrize(
     ("columns", "of_cell_K", "around_K"),
     [
         ("Surface Temperature / degC,Ambient Temperature / degC", 293.15, 293.15),
