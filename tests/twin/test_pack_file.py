@@ -74,6 +74,7 @@ def test_what_is_absent_stays_unknown() -> None:
         ("", "pack is missing"),
         ("[pack", "no TOML"),
         (PACK + "[environment]\nheat_transfer_W_m2_K = inf\n", "heat_transfer_W_m2_K"),
+        (PACK + "[environment]\nheat_transfer_std_W_m2_K = inf\n", "heat_transfer_std_W_m2_K"),
     ],
 )
 def test_a_bad_file_is_refused_by_name_and_key(text: str, said: str) -> None:
