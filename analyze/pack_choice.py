@@ -64,7 +64,7 @@ def read_pack(path: Path) -> PackChoice:
 
 def _text(path: Path) -> str:
     try:
-        return path.read_text(encoding="utf-8")
+        return path.read_text(encoding="utf-8-sig")  # Windows puts a mark at the beginning
     except (OSError, UnicodeDecodeError) as e:
         raise PackFileError(f"{path}: cannot be read: {e}") from e
 

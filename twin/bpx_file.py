@@ -237,6 +237,11 @@ def _function(value: Any, where: str) -> Function:
 
 def _check_numbers(cell: Cell, name: str) -> None:
     """CellError where a number would make the equations meaningless."""
+    if not cell.lower_cut_off_V < cell.upper_cut_off_V:
+        raise CellError(
+            f"{name}: cut-offs: lower {cell.lower_cut_off_V} V, upper {cell.upper_cut_off_V} V; "
+            "lower < upper expected"
+        )
     for side in ("negative", "positive"):
         e: Electrode = getattr(cell, side)
         if not 0 <= e.stoichiometry_min < e.stoichiometry_max <= 1:

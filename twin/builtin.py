@@ -38,7 +38,7 @@ def load_cell(path_or_name: str | Path) -> Cell:
     if isinstance(path_or_name, str) and not text.endswith(".json") and "/" not in text:
         return read_bpx(builtin_text(text), name=text)
     try:
-        content = Path(path_or_name).read_text(encoding="utf-8")
+        content = Path(path_or_name).read_text(encoding="utf-8-sig")  # Windows marks the beginning
     except (OSError, UnicodeDecodeError) as e:
         raise CellError(f"{path_or_name}: cannot be read: {e}") from e
     return read_bpx(content, name=Path(path_or_name).name)

@@ -1,11 +1,12 @@
 """Where the numbers of the simulated pack come from."""
 
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
 
-from analyze.pack_choice import cell_of
+from analyze.pack_choice import cell_of, read_pack
 from analyze.start import pack_of, pack_use, rest_voltage
 from tests.reports import example
 from twin.pack_file import parse_pack_file
@@ -157,3 +158,12 @@ def replace_series(series: int):
 def test_the_same_use_gives_the_same_pack() -> None:
     use = pack_use(example.recording(), FILE, CELL, builtin=False)
     assert pack_of(use, CELL) == pack_of(replace(use), CELL)
+
+
+def test_a_pack_file_that_begins_with_a_byte_order_mark_is_read(tmp_path: Path) -> None:
+    """As the editor of Windows saves it."""
+    text = '[pack]\nname = "a"\ncell = "lipo_2200"\nseries = 4\n'
+    for name, encoding in (("plain", "utf-8"), ("marked", "utf-8-sig")):
+        (tmp_path / f"{name}.toml").write_text(text, encoding=encoding)
+    plain, marked = (read_pack(tmp_path / f"{name}.toml") for name in ("plain", "marked"))
+    assert marked == plain

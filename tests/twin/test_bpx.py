@@ -258,6 +258,19 @@ def test_what_is_not_used_is_said() -> None:
         read(doc)
 
 
+@pytest.mark.parametrize("upper_V", [2.0, 2.5])
+def test_cut_offs_the_wrong_way_round_are_refused(upper_V: float) -> None:
+    doc = document()
+    doc["Parameterisation"]["Cell"]["Upper voltage cut-off [V]"] = upper_V
+    with pytest.raises(CellError, match=r"lower 2\.5 V, upper .* lower < upper expected"):
+        read(doc)
+
+
+def test_a_file_that_begins_with_a_byte_order_mark_is_read(tmp_path: Path) -> None:
+    (tmp_path / "cell.bpx.json").write_text(TEXT, encoding="utf-8-sig")
+    assert load_cell(tmp_path / "cell.bpx.json").upper_cut_off_V == 4.2
+
+
 def test_a_window_beyond_the_cut_offs_is_said() -> None:
     doc = document()
     doc["Parameterisation"]["Cell"]["Upper voltage cut-off [V]"] = 4.1
