@@ -8,6 +8,8 @@ from concurrent.futures import CancelledError
 from contextlib import ExitStack
 from typing import Any
 
+import click
+
 from analyze.checks import WrongUse
 from analyze.job import Failed, Job, Outcome, run
 from reports.fleet import Failure
@@ -64,6 +66,8 @@ def _distributed(
         )
         if scheduler is None:
             client.run(_ignore_ctrl_c)
+        elif not client.nthreads():
+            click.echo(f"--scheduler {scheduler}: no workers yet: waiting for one", err=True)
         waiting = {future: job for job in jobs for future in [client.submit(run, job, pure=False)]}
         for future in as_completed(list(waiting)):  # type: ignore[no-untyped-call]
             job = waiting.pop(future)

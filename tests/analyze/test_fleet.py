@@ -58,6 +58,24 @@ def test_the_workers_of_a_running_scheduler_are_used(tmp_path) -> None:
     assert told(shared) == told(list(alone))
 
 
+def test_a_scheduler_without_workers_is_told_and_waited_for(tmp_path, capsys) -> None:
+    from distributed import LocalCluster
+
+    with LocalCluster(n_workers=0, threads_per_worker=1, dashboard_address=None) as cluster:
+        address = cluster.scheduler_address
+        with ThreadPoolExecutor(1) as thread:
+            waiting = thread.submit(
+                lambda: list(outcomes(jobs(tmp_path), workers=1, scheduler=address))
+            )
+            said, until = "", time.monotonic() + 30.0
+            while "waiting" not in said and time.monotonic() < until:
+                time.sleep(0.05)
+                said += capsys.readouterr().err
+            cluster.scale(1)
+            assert len(waiting.result(timeout=60.0)) == 4
+    assert said.count(f"--scheduler {address}: no workers yet: waiting for one") == 1
+
+
 def test_leaving_early_stops_the_workers(tmp_path) -> None:
     running = outcomes(jobs(tmp_path), workers=2, scheduler=None)
     next(running)
