@@ -1,7 +1,7 @@
 """What was said of each single effect: a matrix."""
 
 from collections import defaultdict
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -9,7 +9,8 @@ from matplotlib.patches import Rectangle
 
 from proof.outcome import Judged, Outcome, Proof
 from proof.page.words import hit, plural, short
-from proof.tally import STRONG, weak
+from proof.tally import STRONG, control, recorded, simulated, weak
+from proof.truth import RECORDED
 from reports.mismatch.words import NAMES, name
 from reports.plots import MEASURED, panels, to_svg
 from reports.section import Figure, Section
@@ -43,10 +44,11 @@ class Count:
 
 
 Matrix = Mapping[tuple[str, str], Count]
+Sort = Callable[[Judged], str]
 
 
 def confusion(proof: Proof) -> Section | None:
-    """A matrix of what is strong enough to be named, one of what is not."""
+    """A matrix of what is strong enough to be named, one of what is not, one of real cells."""
     single = [t for t in proof.trials if t.truth.kind in ("single", "foreign", "control")]
     figures = []
     for place, (own, which) in enumerate((
@@ -54,7 +56,10 @@ def confusion(proof: Proof) -> Section | None:
         ([t for t in single if weak(t)], f"below {STRONG:.0f} × noise"),
     )):  # fmt: skip
         if own:
-            figures.append(_figure(own, which, f"confusion{place}"))
+            figures.append(_figure(matrix(own), f"One effect, or nothing: {which}", place))
+    if real := [t for t in proof.trials if recorded(t)]:
+        counts = matrix(real, put_in=concealed, said=said_of_concealed)
+        figures.append(_figure(counts, "Recorded on real cells, by what was concealed", 2))
     if not figures:
         return None
     return Section(
@@ -63,18 +68,22 @@ def confusion(proof: Proof) -> Section | None:
         lead=(
             "A row is what was put in, a column what was said, a number how many trials. Counted "
             "under its truth is also what these recordings cannot tell from it, if the tool said "
-            f"so; of such there are as many as the number after {ALIKE}. Green: right. Red: "
+            f"so; of such there are as many as the number after {ALIKE}. On real cells a row is a "
+            "kind of trial, and right is what was named for what it conceals. Green: right. Red: "
             "something was named that is not there. Grey: too little, or nothing, was named.",
         ),
         figures=tuple(figures),
     )
 
 
-def matrix(trials: Iterable[Judged]) -> Matrix:
-    """Truth and what was said -> how often."""
+def matrix(
+    trials: Iterable[Judged], *, put_in: Sort | None = None, said: Sort | None = None
+) -> Matrix:
+    """Truth and what was said -> how often; by themselves those of one effect."""
+    row, column = put_in or effect, said or said_of_effect
     found: dict[tuple[str, str], list[Judged]] = defaultdict(list)
     for t in trials:
-        found[put_in(t), said(t)].append(t)
+        found[row(t), column(t)].append(t)
     return {
         key: Count(
             trials=len(own),
@@ -85,39 +94,55 @@ def matrix(trials: Iterable[Judged]) -> Matrix:
     }
 
 
-def put_in(t: Judged) -> str:
-    """The row of a trial."""
+def effect(t: Judged) -> str:
+    """The row of a trial with one effect, or none."""
     if t.truth.effects:
         return t.truth.effects[0][0]
     return FOREIGN if t.truth.kind == "foreign" else NOTHING
 
 
-def said(t: Judged) -> str:
-    """The column of a trial."""
+def said_of_effect(t: Judged) -> str:
+    """Its column."""
+    return _said(t, effect(t))
+
+
+def concealed(t: Judged) -> str:
+    """The row of a trial on a real cell."""
+    return NOTHING if control(t) else t.truth.kind
+
+
+def said_of_concealed(t: Judged) -> str:
+    """Its column."""
+    return _said(t, concealed(t))
+
+
+def _said(t: Judged, row: str) -> str:
     if t.verdict != "named":
         return SAID.get(t.verdict, t.verdict)
     if len(t.named) != 1:
         return SEVERAL
     own = t.named[0]
-    return put_in(t) if any(hit(own, a) for a in t.truth.effects) else own.id
+    return row if any(hit(own, a) for a in t.truth.effects) else own.id
 
 
 def _alike(t: Judged) -> bool:
-    """Right by a name that is not the row's."""
-    return len(t.named) == 1 and said(t) == put_in(t) and t.named[0].id != put_in(t)
+    """Right by a name that is not that of its truth."""
+    if len(t.named) != 1 or said_of_effect(t) != effect(t):
+        return False
+    own = {effect(t)} if simulated(t) else {i for alike in t.truth.effects for i in alike}
+    return t.named[0].id not in own
 
 
 def ordered(ids: Iterable[str]) -> list[str]:
     """Effects as they are listed elsewhere, then what is none."""
-    order = [*NAMES]
+    order = [*RECORDED, *NAMES]
     own = set(ids)
     known = [i for i in order if i in own]
     rest = sorted(own - set(order) - set(LAST))
     return [*known, *rest, *(i for i in LAST if i in own)]
 
 
-def _figure(trials: Sequence[Judged], which: str, place: str) -> Figure:
-    counts = matrix(trials)
+def _figure(counts: Matrix, which: str, place: int) -> Figure:
     rows = ordered(row for row, _ in counts)
     columns = ordered([*rows, *(column for _, column in counts)])
     canvas, (ax,) = panels([NAMES_IN + CELL_IN * len(rows)])
@@ -140,9 +165,9 @@ def _figure(trials: Sequence[Judged], which: str, place: str) -> Figure:
         f"{name(row)} said to be {name(column)}: {c.trials}" for (row, column), c in counts.items()
     )
     return Figure(
-        caption=f"One effect, or nothing: {which}; {plural(len(trials), 'trial')}.",
+        caption=f"{which}; {plural(sum(c.trials for c in counts.values()), 'trial')}.",
         description=f"Matrix of truth and verdict, {which}. {read}.",
-        svg=to_svg(canvas, place),
+        svg=to_svg(canvas, f"confusion{place}"),
     )
 
 

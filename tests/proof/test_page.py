@@ -15,7 +15,15 @@ from proof.outcome import Baseline, Judged, NotMade, Outcome, Proof
 from proof.page import figure, headline, proof_page
 from proof.page.baselines import MOST_LISTED, baselines, holds_truth, won
 from proof.page.channels import MOST_DRAWN, channels
-from proof.page.confusion import FOREIGN, NOTHING, SEVERAL, matrix
+from proof.page.confusion import (
+    FOREIGN,
+    NOTHING,
+    SEVERAL,
+    concealed,
+    confusion,
+    matrix,
+    said_of_concealed,
+)
 from proof.page.failed import failed
 from proof.page.figure import figure_png
 from proof.page.protocol import in_order, protocol
@@ -58,7 +66,7 @@ def there(made: Section | None) -> Section:
         ([], {"trials", "confusion", "baselines", "sizes", "channels"}),
         (simulated(), {"channels"}),
         ([CONTROL], {"baselines", "sizes", "channels"}),
-        (recorded(), {"confusion", "sizes"}),
+        (recorded(), {"sizes"}),
     ],
     ids=["whole", "no trial", "simulated", "controls", "recorded"],
 )
@@ -161,6 +169,26 @@ def test_the_matrix_counts_what_looks_the_same_under_its_truth() -> None:
     assert counts["current_gain", NOTHING].worst is Outcome.MISSED
     more = judged(1, truth("single", "", "leakage"), Outcome.WRONG, "named", "leakage", "weak_cell")
     assert matrix([more])["leakage", SEVERAL].trials == 1
+
+
+def test_trials_on_real_cells_are_counted_by_what_was_concealed() -> None:
+    counts = matrix(recorded(), put_in=concealed, said=said_of_concealed)
+    assert {key: (c.trials, c.alike, c.worst) for key, c in counts.items()} == {
+        (NOTHING, NOTHING): (1, 0, Outcome.RIGHT),
+        ("temperature", "temperature"): (1, 0, Outcome.RIGHT),
+        ("ageing", "ageing"): (1, 0, Outcome.RIGHT),  # by the second of two that are right
+        ("ageing", FOREIGN): (1, 0, Outcome.MISSED),
+        ("weak cell", "weak cell"): (1, 0, Outcome.RIGHT),
+    }
+    warm = truth("temperature", "", "self_heating")
+    alike = judged(1, warm, Outcome.RIGHT, "named", "leakage~self_heating", source="a cell")
+    other = judged(2, warm, Outcome.WRONG, "named", "leakage", source="a cell")
+    counts = matrix([alike, other], put_in=concealed, said=said_of_concealed)
+    assert counts["temperature", "temperature"].alike == 1
+    assert counts["temperature", "leakage"].worst is Outcome.WRONG
+    (figure,) = there(confusion(proof(recorded()))).figures
+    assert figure.caption == "Recorded on real cells, by what was concealed; 5 trials."
+    assert "ageing said to be not in the library: 1" in figure.description
 
 
 def test_where_a_baseline_won_is_said() -> None:
