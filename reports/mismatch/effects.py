@@ -1,5 +1,7 @@
 """Each effect that was left out: equation, source, numbers."""
 
+from collections.abc import Sequence
+
 from matplotlib.mathtext import MathTextParser
 
 from reports.mismatch.report import MismatchReport
@@ -8,6 +10,7 @@ from reports.mismatch.words import clause, name, number, percent, sentence, unit
 from reports.plots import MEASURED, panels, to_svg
 from reports.quantity import significant
 from reports.section import Figure, Row, Section
+from twin.effects import SelfHeating
 from twin.mismatch import NamedEffect, Value, Verdict
 
 HEIGHT_IN = 0.75
@@ -18,9 +21,15 @@ def effects(report: MismatchReport) -> tuple[Section, ...]:
     """A section for each."""
     sizes = sizes_V(report.finding)
     settled = report.finding.verdict is Verdict.NAMED
+    found = report.finding.effects
     return tuple(
-        _section(e, of_effect(e, sizes.get(e.id)) if settled else _if(e, sizes.get(e.id)), k)
-        for k, e in enumerate(report.finding.effects, start=1)
+        _section(
+            e,
+            of_effect(e, sizes.get(e.id)) if settled else _if(e, sizes.get(e.id)),
+            _in_file(report, found if settled else (e,), e),
+            k,
+        )
+        for k, e in enumerate(found, start=1)
     )
 
 
@@ -28,7 +37,21 @@ def _if(e: NamedEffect, size_V: float | None) -> str:
     return f"not settled; if it is this, {of_effect(e, size_V)}"
 
 
-def _section(e: NamedEffect, said: str, place: int) -> Section:
+def _in_file(report: MismatchReport, on: Sequence[NamedEffect], e: NamedEffect) -> Row:
+    """All that the pack file then switches on: the list stands in place of the one it has."""
+    ids = dict.fromkeys((*report.physics, *(other.pack_id for other in on)))
+    listed = ", ".join(f'"{i}"' for i in ids)
+    table = "environment" if e.pack_id == SelfHeating.id else f"effects.{e.pack_id}"
+    numbers = ", ".join(f"{v.name} = {v.value:.6g}" for v in e.parameters)
+    whole = f"; {report.adopted} has all of it" if report.adopted else "; --adopt writes all of it"
+    return Row(
+        label="In a pack file",
+        value=f"[twin] physics = [{listed}]",
+        note=f"and [{table}] {numbers}" + whole * (report.finding.verdict is Verdict.NAMED),
+    )
+
+
+def _section(e: NamedEffect, said: str, in_file: Row, place: int) -> Section:
     drawing = equation(e.equation, f"equation{place}")
     rows = [
         Row(
@@ -45,7 +68,7 @@ def _section(e: NamedEffect, said: str, place: int) -> Section:
     if drawing is None:
         rows.append(Row(label="Equation", value=e.equation))
     rows += [
-        Row(label="In a pack file", value=f'[twin] physics = ["{e.pack_id}"]'),
+        in_file,
         Row(label="Source", value=e.source),
     ]
     return Section(

@@ -9,7 +9,7 @@ import pytest
 from reports.mismatch import headline, mismatch_page
 from reports.mismatch.candidates import outcome
 from reports.mismatch.drawn import MOST_DRAWN, chosen, mean_mV, stretches
-from reports.mismatch.effects import equation
+from reports.mismatch.effects import effects, equation
 from reports.mismatch.summary import sizes_V
 from reports.mismatch.words import CLAUSES, NAMES, clause, listed, name, number, percent
 from reports.render import render
@@ -94,6 +94,23 @@ def test_a_pair_names_both_and_what_looks_the_same_and_the_test_that_tells() -> 
     text = words(html(pair()))
     assert "What would tell more: full throttle for 60 s" in text
     assert text.count("<h2") == len(mismatch_page(report(pair())).sections)
+
+
+def test_the_list_for_a_pack_file_keeps_what_the_pack_has() -> None:
+    """As it stands it replaces that of the pack file."""
+    both = {s.id: {r.label: r for r in s.rows} for s in effects(report(pair()))}
+    heating = both["effect-self_heating"]["In a pack file"]
+    resistance = both["effect-series_resistance"]["In a pack file"]
+    assert heating.value == '[twin] physics = ["sei", "self_heating", "series_resistance"]'
+    assert resistance.value == heating.value
+    assert heating.note == (
+        "and [environment] heat_transfer_W_m2_K = 12.3; better.toml has all of it"
+    )
+    assert resistance.note.startswith("and [effects.series_resistance] resistance_ohm = 0.005; ")
+    (open_,) = effects(report(finding(Verdict.AMBIGUOUS)))
+    row = next(r for r in open_.rows if r.label == "In a pack file")
+    assert "--adopt" not in row.note
+    assert "better.toml" not in row.note
 
 
 def test_what_is_not_settled_is_never_stated() -> None:
