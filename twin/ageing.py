@@ -69,6 +69,14 @@ class Regime:
                 "(discharge current is positive)"
             )
 
+    def check(self, pack: Pack) -> None:
+        """ProtocolError if a cell of that pack cannot be charged to `full_V`."""
+        low, high = pack.cell.lower_cut_off_V, pack.cell.upper_cut_off_V
+        if self.full_V is not None and not low <= self.full_V <= high:
+            raise ProtocolError(
+                f"charge to {self.full_V} V a cell: expected {low} to {high}, its cut-offs"
+            )
+
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Cycle:

@@ -1,12 +1,13 @@
 """`twin age`: a life of many cycles, written as it goes."""
 
 from collections.abc import Mapping
+from contextlib import ExitStack
 from dataclasses import replace
 from itertools import islice
 
 import click
 
-from analyze.checks import WrongUse, checked_pack, make_writable
+from analyze.checks import WrongUse, checked_pack, writable
 from analyze.interrupt import Asked, asked_to_stop
 from analyze.pack_choice import PackChoice
 from analyze.version import version
@@ -49,12 +50,12 @@ def run(request: Request) -> int:
         if not drawn.pack.ages:
             raise WrongUse(_nothing_ages(drawn))
         lives = [_begun(asked, each, choice) for asked, each in _cases(request, drawn)]
-    for life in lives:
-        make_writable(life.request.out)
     for text in drawn.doubts:
         click.echo(f"doubtful {text}", err=True)
     codes = []
-    with asked_to_stop("cycle") as stop, refusing():
+    with ExitStack() as folders, asked_to_stop("cycle") as stop, refusing():
+        for life in lives:
+            folders.enter_context(writable(life.request.out))
         for life in lives:
             codes.append(_run(life, choice, stop))
             if stop() and len(codes) < len(lives):
@@ -65,7 +66,7 @@ def run(request: Request) -> int:
 
 def _cases(request: Request, drawn: Drawn) -> list[tuple[Request, Drawn]]:
     """One, or one for each temperature in a folder of its own."""
-    out = []
+    out: list[tuple[Request, Drawn]] = []
     for celsius in dict.fromkeys(request.ambient_c or ()):
         pack, load = in_air(celsius, drawn.pack, drawn.load)
         use = replace(
@@ -75,6 +76,8 @@ def _cases(request: Request, drawn: Drawn) -> list[tuple[Request, Drawn]]:
             origins={**drawn.use.origins, "initial_K": "--ambient-c", "ambient_K": "--ambient-c"},
         )
         asked = replace(request, out=request.out / f"{celsius:g}C")
+        if asked.out in {other.out for other, _ in out}:
+            raise WrongUse(f"--ambient-c: two temperatures have the folder {asked.out.name}")
         out.append((asked, replace(drawn, pack=pack, load=load, use=use)))
     return out or [(request, drawn)]
 
@@ -89,6 +92,7 @@ def _begun(request: Request, drawn: Drawn, choice: PackChoice) -> Life:
         until_rate=request.until_rate,
         full_V=request.charge_to,
     )
+    regime.check(drawn.pack)
     identity = {
         "pack": pack_sha256(choice, drawn.use),
         "load": load_sha256(drawn.load),

@@ -56,10 +56,12 @@ def run_life(life: Life) -> int:
     ask = Ask(source=life.cycle, pack=life.pack, out=life.out, between=life.between, sensor=None,
               battery=None)  # fmt: skip
     drawn, ups = read_drawn(ask, choice), _read(life.check_ups)
+    regime = life.regime(load=drawn.load)
+    regime.check(drawn.pack)
     make_writable(life.out.parent)
     click.echo(f"life     {printable(life.check_ups.name)}: {len(ups)} check-ups, "
                f"{ups.cycle[-1]} cycles of {drawn.name}\n{pack_lines(drawn.use)}")  # fmt: skip
-    best, interrupted = _fitted(drawn.pack, life.regime(load=drawn.load), ups)
+    best, interrupted = _fitted(drawn.pack, regime, ups)
     told = told_of_life(best)
     write_whole(life.out, _pack_text(told, choice.file, life))
     write_whole(life.fit_file, _fit_text(told))

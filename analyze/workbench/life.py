@@ -1,9 +1,11 @@
 """One run of `twin age`: what was asked for, how far it came, and its files."""
 
+import math
 import time
 from collections.abc import Mapping
 from dataclasses import dataclass
 
+from analyze.checks import WrongUse
 from analyze.columns import Columns, as_csv, as_parquet
 from analyze.workbench.ageing_table import ageing_columns, cell_columns
 from analyze.workbench.checkpoint import Checkpoint, to_text
@@ -31,6 +33,10 @@ class Request(Ask):
     stop_at_capacity: float | None
     resume: bool
     ambient_c: tuple[float, ...] | None = None
+
+    def __post_init__(self) -> None:
+        if self.stop_at_capacity is not None and math.isnan(self.stop_at_capacity):
+            raise WrongUse("--stop-at-capacity nan: expected a share, e.g. 0.8")
 
 
 @dataclass(slots=True)

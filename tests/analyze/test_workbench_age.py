@@ -230,6 +230,24 @@ def test_a_load_that_charges_is_refused(tmp_path: Path) -> None:
     assert "discharge current is positive" in result.output
 
 
+@pytest.mark.parametrize(
+    ("more", "said"),
+    [
+        (["--charge-to", "4.3"], "charge to 4.3 V a cell: expected 2.75 to 4.2, its cut-offs"),
+        (["--charge-to", "2.0"], "charge to 2.0 V a cell: expected 2.75 to 4.2, its cut-offs"),
+        (["--stop-at-capacity", "nan"], "--stop-at-capacity nan: expected a share"),
+        (["--ambient-c", "20,20.0000001"], "--ambient-c: two temperatures have the folder 20C"),
+    ],
+)
+def test_what_cannot_be_done_is_refused_before_there_is_a_folder(
+    tmp_path: Path, more: list[str], said: str
+) -> None:
+    result = call(tmp_path, "--cycles", "1", *more)
+    assert result.exit_code == 2
+    assert said in " ".join(result.output.split())
+    assert not (tmp_path / "out").exists()
+
+
 def test_a_log_is_flown(tmp_path: Path) -> None:
     (tmp_path / "load.csv").touch()
     ask = arguments(tmp_path, "--cycles", "1")
