@@ -199,7 +199,7 @@ def calibrate(**options: object) -> None:
     every parameter with its interval and what the tests tell of it, further tests worth making),
     the same as numbers (.fit.json), where there was a search, what it evaluated (.search.json,
     every few seconds), and the fit to a life (.ageing.json). What an earlier calibration
-    left there is replaced.
+    left there is replaced; one to tests is not by one to a life alone.
 
     The exit code is 0 if the fit came to its end, 2 if a file or an option cannot be used, 130
     after Ctrl-C (the best so far is written, with what was not computed named).

@@ -90,6 +90,12 @@ class Request:
                 f"{self.files.fit.name} beside it): it is not replaced, give another name"
             )
 
+        if not self.tests and self.files.fit.exists():
+            raise WrongUse(
+                f"--out {shown} has the fit of an earlier calibration beside it "
+                f"({self.files.fit.name}), which a life alone does not replace: give another name"
+            )
+
     @property
     def files(self) -> Files:
         """What is written."""

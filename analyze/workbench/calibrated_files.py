@@ -83,8 +83,9 @@ def in_the_way(files: Files) -> Path | None:
 
 
 def write_fit(files: Files, found: Calibration, frame: Frame, journal: Journal) -> None:
-    """All but the page; an earlier page goes, for it is no longer that of this fit."""
-    files.page.unlink(missing_ok=True)
+    """All but the page; an earlier page goes, and a fit to a life: they are not of this fit."""
+    for old in (files.page, files.ageing):
+        old.unlink(missing_ok=True)
     unlike = frame.unlike
     write_whole(files.fit, fit_text(found, {"cells": cells_document(unlike)} if unlike else None))
     write_whole(files.cell, cell_text(found))

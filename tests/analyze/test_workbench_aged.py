@@ -9,7 +9,7 @@ import pytest
 from analyze.pack_choice import read_pack
 from analyze.workbench.__main__ import main
 from analyze.workbench.aged import Life
-from tests.analyze.test_workbench_calibrate import call
+from tests.analyze.test_workbench_calibrate import FILES, call
 
 LIFE = "Cycle,Capacity / Ah\n0,2.190\n2,2.182\n4,2.178\n"
 PROFILE = "Test Time / s,Current / A\n0,3.3\n600,3.3\n"
@@ -33,10 +33,25 @@ def test_a_life_alone_gives_a_pack_file_that_ages_so(tmp_path: Path) -> None:
     values = {p["name"]: p["value"] for p in told["parameters"]}
     sei = tomllib.loads((out / "new.toml").read_text())["effects"]["sei"]
     assert sei["solvent_diffusivity_m2_s"] == values["sei.solvent_diffusivity_m2_s"] > 2e-20
+    again = call(tmp_path, *put_life(tmp_path), "--charge-to", "4.3", pack=AGED)
+    assert again.exit_code == 2
+    assert "charge to 4.3 V a cell: expected" in again.output
     choice = read_pack(out / "new.toml")
     assert choice.life_doubt is not None
     assert "sei.solvent_diffusivity_m2_s" in choice.life_doubt.names
     assert choice.cell_doubt is None
+
+
+def test_a_life_alone_leaves_no_mixed_set(tmp_path: Path) -> None:
+    """Pack file and fit to a life of one calibration, cell and fit of another."""
+    (tmp_path / "out").mkdir()
+    for name in FILES:
+        (tmp_path / "out" / name).write_text("of tests", encoding="utf-8")
+    result = call(tmp_path, *put_life(tmp_path), pack=AGED)
+    assert result.exit_code == 2
+    assert "(new.fit.json), which a life alone does not replace" in " ".join(result.output.split())
+    assert {p.name for p in (tmp_path / "out").iterdir()} == FILES
+    assert {p.read_text() for p in (tmp_path / "out").iterdir()} == {"of tests"}
 
 
 @pytest.mark.parametrize(
