@@ -1,10 +1,11 @@
 """`twin explain`: recordings of a pack and its twin -> what was left out."""
 
 import json
+import math
 import os
 from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -12,13 +13,13 @@ from typing import Any
 import click
 import numpy as np
 
-from analyze.checks import WrongUse, checked_pack, make_writable
+from analyze.checks import WrongUse, checked_pack, writable
 from analyze.conceal import Channel
 from analyze.mismatching import BUILT_IN
 from analyze.names import printable
 from analyze.pack_choice import PackChoice
 from analyze.workbench.drawn import Ask, Drawn, pack_lines, read_drawn, refusing
-from analyze.workbench.explained import print_finding, report_of
+from analyze.workbench.explained import doubts_of, print_finding, report_of
 from analyze.workbench.reveal import revealed_of
 from analyze.workbench.watch import watching
 from reports.mismatch import mismatch_page
@@ -41,6 +42,7 @@ from twin.whole_file import write_whole
 BEYOND_V = 0.5  # of a cell, outside its cut-offs: no sensor that is merely off
 WARMER_K = 2.0  # than the pack file says: more than a thermometer errs
 FILE, PAGE, REVEALED = "mismatch.json", "explain.html", "reveal.json"
+ADOPTED = "# by twin explain --adopt, which may replace it\n"  # how such a pack file begins
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -59,8 +61,10 @@ class Request:
     floor_mv: float | None = None
 
     def __post_init__(self) -> None:
-        if self.adopt and self.adopt.suffix != ".toml":
-            raise WrongUse(f"--adopt {click.format_filename(self.adopt)}: expected a name in .toml")
+        if self.adopt:
+            _check_adopt(self.adopt, self.pack)
+        if self.floor_mv is not None and not math.isfinite(self.floor_mv):
+            raise WrongUse(f"--floor-mv {self.floor_mv}: expected a number of mV")
         times = Counter(path.resolve() for path in self.logs)
         if twice := [path for path, n in times.items() if n > 1]:
             raise WrongUse(
@@ -83,9 +87,13 @@ def run(request: Request) -> int:
     choice = checked_pack(request.pack)
     files = named(request)
     drawn = {name: _drawn(path, request, choice, concealed) for name, path in files.items()}
-    make_writable(request.out)
-    finding = _explained(drawn, len(request.sources), request.floor_mv)
-    _write_verdict(request.out, finding)
+    for text in doubts_of(drawn):
+        click.echo(f"doubtful {text}", err=True)
+    with ExitStack() as folders:
+        for folder in (request.out, *([request.adopt.resolve().parent] if request.adopt else [])):
+            folders.enter_context(writable(folder))
+        finding = _explained(drawn, len(request.sources), request.floor_mv)
+        _write_verdict(request.out, finding)
     print_finding(finding)
     adopted = _adopted(request, choice, finding)
     revealed: tuple[Revealed, ...] = ()
@@ -104,6 +112,20 @@ def run(request: Request) -> int:
     if request.adopt and not adopted:
         raise WrongUse(f"--adopt: nothing was named, the verdict is {finding.verdict.value!r}")
     return 0
+
+
+def _check_adopt(adopt: Path, pack: Path) -> None:
+    """WrongUse if that name is not for a pack file that is written."""
+    shown = f"--adopt {click.format_filename(adopt)}"
+    if adopt.suffix != ".toml":
+        raise WrongUse(f"{shown}: expected a name in .toml")
+    if adopt.resolve() == pack.resolve():
+        raise WrongUse(f"{shown} is the pack file to start from: give another name")
+    if adopt.exists() and not adopt.read_bytes().startswith(ADOPTED.encode()):
+        raise WrongUse(
+            f"{shown} is there and was not written by an earlier --adopt: it is not replaced, give "
+            "another name"
+        )
 
 
 def named(request: Request) -> Mapping[str, Path]:
@@ -145,8 +167,6 @@ def _drawn(
     check_voltage(drawn)
     drawn = replace(drawn, doubts=(*drawn.doubts, *_of_pack(drawn, choice)))
     click.echo(f"{drawn.name}\n{pack_lines(drawn.use)}")
-    for text in drawn.doubts:
-        click.echo(f"doubtful {text}", err=True)
     return drawn
 
 
@@ -233,7 +253,6 @@ def _adopted(request: Request, choice: PackChoice, finding: Finding) -> str:
     beside = cell if isinstance(cell, str) else os.path.relpath(cell, path.resolve().parent)
     text = adopted_text(finding, choice.file, cell=Path(beside).as_posix())
     if request.adopt:
-        make_writable(path.resolve().parent)
-        write_whole(path, text)
+        write_whole(path, ADOPTED + text)
         click.echo(f"adopted  {click.format_filename(path)}")
     return text

@@ -68,6 +68,17 @@ def report_of(
             for name, path in files.items()
         ),
         adopted=adopted.name if adopted else "",
-        doubts=tuple(f"{name}: {text}" for name, d in drawn.items() for text in d.doubts),
+        doubts=doubts_of(drawn),
         version=version(),
     )
+
+
+def doubts_of(drawn: Mapping[str, Drawn]) -> tuple[str, ...]:
+    """Each with the name of its recording; what is doubtful of all of them once, without."""
+    texts = dict.fromkeys(text for d in drawn.values() for text in d.doubts)
+    out: list[str] = []
+    for text in texts:
+        whose = [name for name, d in drawn.items() if text in d.doubts]
+        of_all = len(whose) == len(drawn) > 1
+        out += [text] if of_all else [f"{name}: {text}" for name in whose]
+    return tuple(out)

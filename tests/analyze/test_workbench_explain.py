@@ -121,6 +121,8 @@ def test_one_recording_gives_verdict_page_words_and_an_adopted_pack(tmp_path: Pa
     page = (tmp_path / "out" / "explain.html").read_text(encoding="utf-8")
     assert "--pack better.toml" in page
     assert "fitted and held out, SHA-256" in page
+    again = call(tmp_path, log, "--adopt", better)
+    assert again.exit_code == 0, again.output  # what an earlier call wrote is replaced
 
 
 def test_where_nothing_is_named_nothing_is_adopted_and_the_page_is_there(tmp_path: Path) -> None:
@@ -161,6 +163,11 @@ def test_a_log_has_its_motions_in_the_spans(tmp_path: Path) -> None:
         (("a.csv", "--conceal", "temprature"), "no channel 'temprature': expected temperature or"),
         (("a.csv", "--holdout", "a.csv"), "is given twice"),
         (("a.csv", "--adopt", "better.txt"), "expected a name in .toml"),
+        (("a.csv", "--adopt", "pack.toml"), "is the pack file to start from: give another name"),
+        (("a.csv", "--adopt", "own.toml"), "was not written by an earlier --adopt"),
+        (("a.csv", "--adopt", "bad.csv/x.toml"), "bad.csv: cannot be made"),
+        (("a.csv", "--floor-mv", "nan"), "--floor-mv nan: expected a number of mV"),
+        (("a.csv", "--floor-mv", "inf"), "--floor-mv inf: expected a number of mV"),
         (("a.csv", "--reveal", "none.csv"), "does not exist"),
         (("silent.csv",), "silent.csv: no voltage was recorded"),
         (("short.csv",), "11 samples with current and voltage in flight, expected 50 or more"),
@@ -190,10 +197,13 @@ def test_wrong_use_is_told_before_any_work(
         (tmp_path / f"{name}.csv").write_text(text, encoding="utf-8")
     (tmp_path / "empty.csv").write_text("", encoding="utf-8")
     (tmp_path / "bad.csv").write_text("t,i\n0,1\n", encoding="utf-8")
+    (tmp_path / "own.toml").write_text("# mine\n", encoding="utf-8")
+    before = {p.name for p in tmp_path.iterdir()} | {"pack.toml"}
     result = call(tmp_path, *arguments)
     assert result.exit_code == 2
     assert said in " ".join(result.output.split())
-    assert not (tmp_path / "out" / "mismatch.json").exists()
+    assert {p.name for p in tmp_path.iterdir()} == before  # no empty folder either
+    assert (tmp_path / "own.toml").read_text(encoding="utf-8") == "# mine\n"
 
 
 @pytest.mark.parametrize(
@@ -230,6 +240,9 @@ def test_recordings_of_one_name_are_told_apart_by_their_folders(tmp_path: Path) 
     logs = [put(tmp_path / folder, "log.csv", seed) for folder, seed in (("x", 1), ("y", 2))]
     result = call(tmp_path, *logs)
     assert result.exit_code == 0, result.output
+    assert result.output.count("The cell of the pack file is a built-in one") == 1
+    page = (tmp_path / "out" / "explain.html").read_text(encoding="utf-8")
+    assert page.count("The cell of the pack file is a built-in one") == 1
     flights = {s["flight"] for s in json.loads(verdict(tmp_path))["location"]["spans"]}
     assert flights == {log.as_posix() for log in logs}
 
