@@ -7,7 +7,7 @@ from pathlib import Path
 
 import click
 
-from analyze.checks import WrongUse, checked_pack, is_log, make_writable
+from analyze.checks import WrongUse, checked_pack, is_log, writable
 from analyze.find import Found, find, sensor_beside
 from analyze.fleet import outcomes
 from analyze.interrupt import Asked, remembered
@@ -58,7 +58,11 @@ def run_session(options: Options) -> int:
     """
     pack = checked_pack(options.pack) if options.pack else None
     found = _found(options)
-    make_writable(options.out)
+    with writable(options.out):
+        return _done(options, pack, found)
+
+
+def _done(options: Options, pack: PackChoice | None, found: Found) -> int:
     tally = Tally()
     try:
         for path, reason in found.unreadable:
