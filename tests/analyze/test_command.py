@@ -196,6 +196,7 @@ WRONG = {
     "one sensor for two": (["a.ulg", "b.ulg", "--sensor", "s.csv"], "--sensor belongs to one log"),
     "no worker": (["a.ulg", "--jobs", "0"], "not in the range"),
     "two kinds of workers": (["a.ulg", "--jobs", "2", "--scheduler", "tcp://x"], "only one"),
+    "no scheduler": (["a.ulg", "--scheduler", "nowhere"], "no Dask scheduler answers there"),
     "loud and quiet": (["a.ulg", "-q", "-v"], "contradict"),
 }
 
