@@ -10,7 +10,7 @@ from typing import Any
 import click
 import numpy as np
 
-from analyze.checks import checked_pack, make_writable
+from analyze.checks import checked_pack
 from analyze.interrupt import asked_to_stop
 from analyze.names import printable
 from analyze.workbench.calibrated_files import Files
@@ -51,14 +51,13 @@ class Life:
 
 
 def run_life(life: Life) -> int:
-    """Fit, write and tell; the exit code."""
+    """Fit, write and tell, in a folder that is there; the exit code."""
     choice = checked_pack(life.pack)
     ask = Ask(source=life.cycle, pack=life.pack, out=life.out, between=life.between, sensor=None,
               battery=None)  # fmt: skip
     drawn, ups = read_drawn(ask, choice), _read(life.check_ups)
     regime = life.regime(load=drawn.load)
     regime.check(drawn.pack)
-    make_writable(life.out.parent)
     click.echo(f"life     {printable(life.check_ups.name)}: {len(ups)} check-ups, "
                f"{ups.cycle[-1]} cycles of {drawn.name}\n{pack_lines(drawn.use)}")  # fmt: skip
     best, interrupted = _fitted(drawn.pack, regime, ups)

@@ -12,7 +12,7 @@ from pathlib import Path
 
 import click
 
-from analyze.checks import WrongUse, checked_pack, make_writable
+from analyze.checks import WrongUse, checked_pack, writable
 from analyze.interrupt import Asked, asked_to_stop
 from analyze.names import printable
 from analyze.workbench.aged import Life, run_life
@@ -110,6 +110,12 @@ class Request:
 
 def run(request: Request) -> int:
     """Fit, write and tell; the exit code."""
+    with writable(request.out.parent):
+        return _fitted_to_all(request)
+
+
+def _fitted_to_all(request: Request) -> int:
+    """To the tests, then to the life."""
     code = _of_tests(request) if request.tests else 0
     if request.aged is not None and code == 0:
         life = Life(
@@ -145,7 +151,6 @@ def _of_tests(request: Request) -> int:
             "--one-mount: nothing tells mounts apart: expected two tests or more with a column of "
             "temperatures, and self_heating in the physics of the pack file"
         )
-    make_writable(request.out.parent)
     start, journal = _earlier(request)
     click.echo(pack_lines(use))
     for text in doubts:

@@ -174,6 +174,7 @@ def test_options_that_cannot_be_used_are_named(tmp_path: Path) -> None:
     assert (result.exit_code, "expected a name in .toml" in result.output) == (2, True)
     result = call(tmp_path, file, "--resume")
     assert (result.exit_code, "holds no earlier fit" in result.output) == (2, True)
+    assert not (tmp_path / "out").exists()
 
 
 def test_what_is_in_the_way_is_named_before_anything_is_computed(tmp_path: Path) -> None:
