@@ -396,6 +396,4 @@ def test_a_cell_of_tables_runs_like_the_one_of_expressions() -> None:
         simulate(Pack(cell=cell), load).require().voltage_V
         for cell in (load_cell("lg_m50"), read_bpx(with_tables(250), name="tables.json"))
     )
-    assert (
-        np.abs(tabled - exact).max() < 1e-3
-    )  # what straight lines between 250 rows miss, and less
+    assert np.abs(tabled - exact).max() < 1e-3  # what straight lines between 250 rows miss
