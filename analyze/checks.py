@@ -38,13 +38,21 @@ def make_writable(out: Path) -> None:
         raise WrongUse(f"{click.format_filename(out)}: may not be written to")
 
 
+def _missing(out: Path) -> list[Path]:
+    """It and the folders above that are not there; none of a path that cannot be."""
+    try:
+        return [p for p in (out, *out.parents) if not p.exists()]
+    except OSError:  # too long a name, or a folder that may not be looked into
+        return []
+
+
 @contextmanager
 def writable(out: Path) -> Iterator[None]:
     """The folder, as by `make_writable`; if all fails before anything is in it, it goes again.
 
     So do the folders above that were made for it.
     """
-    made = [p for p in (out, *out.parents) if not p.exists()]
+    made = _missing(out)
     try:
         make_writable(out)
         yield

@@ -55,9 +55,9 @@ def run(request: Request) -> int:
             f"{' and '.join(missing)} not installed: the truths of twin prove are made by another "
             "simulator and sealed: pip install 'drone-battery-health[proof]'"
         )
-    if folder := in_the_way(request.out):
-        raise WrongUse(f"{click.format_filename(folder)} is in the way: move it elsewhere")
     with writable(request.out):
+        if folder := in_the_way(request.out):
+            raise WrongUse(f"{click.format_filename(folder)} is in the way: move it elsewhere")
         return _proven(request)
 
 

@@ -82,6 +82,16 @@ class Request:
             raise WrongUse(f"--out {shown}: expected a name in .toml")
         if self.out.resolve() == self.pack.resolve():
             raise WrongUse(f"--out {shown} is the pack file to start from: give another name")
+
+    def refuse_others(self) -> None:
+        """WrongUse if what is there is not of an earlier calibration like this one."""
+        shown = click.format_filename(self.out)
+        try:
+            self._refuse_others(shown)
+        except OSError as e:
+            raise WrongUse(f"--out {shown}: cannot be made: {e.strerror}") from e
+
+    def _refuse_others(self, shown: str) -> None:
         if folder := in_the_way(self.files):
             raise WrongUse(f"{click.format_filename(folder)} is a folder: move it out of the way")
         if self.out.exists() and not (self.files.fit.exists() or self.files.ageing.exists()):
@@ -89,7 +99,6 @@ class Request:
                 f"--out {shown} is there and not from an earlier calibration (there is no "
                 f"{self.files.fit.name} beside it): it is not replaced, give another name"
             )
-
         if not self.tests and self.files.fit.exists():
             raise WrongUse(
                 f"--out {shown} has the fit of an earlier calibration beside it "
@@ -111,6 +120,7 @@ class Request:
 def run(request: Request) -> int:
     """Fit, write and tell; the exit code."""
     with writable(request.out.parent):
+        request.refuse_others()
         return _fitted_to_all(request)
 
 

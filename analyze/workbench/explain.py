@@ -121,7 +121,11 @@ def _check_adopt(adopt: Path, pack: Path) -> None:
         raise WrongUse(f"{shown}: expected a name in .toml")
     if adopt.resolve() == pack.resolve():
         raise WrongUse(f"{shown} is the pack file to start from: give another name")
-    if adopt.exists() and not adopt.read_bytes().startswith(ADOPTED.encode()):
+    try:
+        own = not adopt.exists() or adopt.read_bytes().startswith(ADOPTED.encode())
+    except OSError as e:
+        raise WrongUse(f"{shown}: cannot be written: {e.strerror}") from e
+    if not own:
         raise WrongUse(
             f"{shown} is there and was not written by an earlier --adopt: it is not replaced, give "
             "another name"

@@ -183,6 +183,8 @@ def test_what_is_in_the_way_is_named_before_anything_is_computed(tmp_path: Path)
     result = call(tmp_path, file)
     assert (result.exit_code, "cannot be made" in result.output) == (2, True)
     (tmp_path / "out").unlink()
+    result = call(tmp_path, file, out=f"{'o' * 300}.toml")
+    assert (result.exit_code, "cannot be made" in result.output) == (2, True)
     for name in ("new.html", "new.ageing.json"):
         (tmp_path / "out" / name).mkdir(parents=True)
         result = call(tmp_path, file)

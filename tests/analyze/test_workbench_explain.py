@@ -166,6 +166,7 @@ def test_a_log_has_its_motions_in_the_spans(tmp_path: Path) -> None:
         (("a.csv", "--adopt", "pack.toml"), "is the pack file to start from: give another name"),
         (("a.csv", "--adopt", "own.toml"), "was not written by an earlier --adopt"),
         (("a.csv", "--adopt", "bad.csv/x.toml"), "bad.csv: cannot be made"),
+        (("a.csv", "--adopt", f"{'o' * 300}.toml"), "cannot be written: File name too long"),
         (("a.csv", "--floor-mv", "nan"), "--floor-mv nan: expected a number of mV"),
         (("a.csv", "--floor-mv", "inf"), "--floor-mv inf: expected a number of mV"),
         (("a.csv", "--reveal", "none.csv"), "does not exist"),
