@@ -13,7 +13,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 import numpy.typing as npt
 
-from twin.calibrate.cell_map import CellMap, Infeasible, full_and_empty_V
+from twin.bpx_file import ROUNDING
+from twin.calibrate.cell_map import FILLERS, CellMap, Infeasible, full_and_empty_V
 from twin.calibrate.degradation import aged_by, ageing_parameters
 from twin.calibrate.parameters import EMPTY_ENDS, START_V, Parameter, Scale, cell_table
 from twin.calibrate.table import CalibrationError
@@ -142,7 +143,7 @@ class _Drawn:
                 numbers, derived = self._map(np.array([*values.values(), self._full_V]))
             except Infeasible:
                 continue
-            if (derived[2:4] > 0).all():  # fillers: no electrode is fuller than full
+            if (derived[FILLERS] > -ROUNDING).all():  # no electrode is fuller than full
                 return tuple(
                     (n, v - self._numbers[n]) for n, v in numbers.items() if n != "initial_soc"
                 )

@@ -93,6 +93,7 @@ class Problem:
         self._simulator = Simulator(self.pack)
         self._last: tuple[bytes, FloatArray] = b"", np.zeros(0)
         self._filler_means = filler_shares(self.pack)
+        self._filler_least = np.minimum(FILLER_LEAST, self._filler_means)
 
     @property
     def parameters(self) -> tuple[Parameter, ...]:
@@ -354,12 +355,13 @@ class Problem:
     def missed_fillers(self, derived: FloatArray) -> tuple[FloatArray, FloatArray]:
         """(2,) by how many deviations of their prior the fillers lie below its mean, and the slope.
 
-        Below FILLER_LEAST many more: no electrode holds more than its volume.
+        Many more below FILLER_LEAST, or below the mean where that is less: no electrode holds more
+        than its volume, and a cell that is told without filler may have none.
         """
         fillers = derived[FILLERS]
         missed = (self._filler_means - fillers) / FILLER_STD
-        missed += np.maximum(FILLER_LEAST - fillers, 0.0) / FILLER_EDGE
-        return missed, -1.0 / FILLER_STD - (fillers < FILLER_LEAST) / FILLER_EDGE
+        missed += np.maximum(self._filler_least - fillers, 0.0) / FILLER_EDGE
+        return missed, -1.0 / FILLER_STD - (fillers < self._filler_least) / FILLER_EDGE
 
     def chain(self, q: FloatArray, by_values: FloatArray, test: int) -> FloatArray:
         """(rows, k) by coordinates, from (rows, values) by the values of one test."""

@@ -40,6 +40,14 @@ def test_the_cell_to_start_from_is_the_mean_of_the_prior(name: str) -> None:
             assert value == pytest.approx(given[key], rel=5e-3), key
 
 
+@pytest.mark.parametrize("name", ["lipo_2200", "lg_m50"])
+def test_the_cell_to_start_from_has_filler_enough(name: str) -> None:
+    """Also where it is told without: the truth may not be walled off."""
+    problem, _ = case(name)
+    missed = problem.missed_fillers(problem.mapped(np.zeros(len(problem.free)), 0).derived)[0]
+    assert missed == pytest.approx(0.0, abs=1e-2)
+
+
 def test_windows_end_at_given_voltages_and_both_electrodes_hold_the_capacity() -> None:
     problem, q = case()
     numbers = problem.mapped(q, 0).numbers
