@@ -32,11 +32,11 @@ from twin.calibrate.parameters import (
 )
 from twin.constants import FARADAY_C_mol
 from twin.pack import Pack
+from twin.windows import SIDES
 
 FloatArray = npt.NDArray[np.float64]
 Potential = Callable[[float], float]
 
-SIDES = ("negative", "positive")
 EDGE = 1e-4  # of stoichiometry: no window goes closer to full or empty
 START = tuple(f"{side}.start" for side in SIDES)
 FILLERS = slice(2, 4)

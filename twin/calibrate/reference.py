@@ -5,6 +5,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 import numpy.typing as npt
 
+from twin.at_rest import soc_at_rest
+from twin.calibrate.single_cell import labelled_C
 from twin.calibrate.switched import mixed_rows
 from twin.calibrate.table import CalibrationError, MeasuredTable
 from twin.load import Between, Load
@@ -17,6 +19,10 @@ OUTSIDE_V = 0.15  # a cell's sensor may err, and a pulse may go beyond a cut-off
 NEAR_V = 0.02  # of a cut-off: reached
 QUIET = 1e-3  # of the capacity in an hour: a smaller current is none
 PERCENTILES = (1.0, 99.0)  # of the voltage: a spike is no wrong series count
+SLOW = 0.2  # of the capacity in an hour: what the voltage loses to it does not hide the charge
+MOST_DRAWN = 2.0  # of the label: a fit goes to 1.6
+LEAST_DRAWN = 0.2  # of what the open-circuit curve says was drawn
+FELL = 0.3  # of the charge, by the open-circuit curve: enough to tell
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -77,7 +83,8 @@ def reference_test(
     a column of the battery's temperature is that of the surroundings, or else of one of theirs.
 
     Raises:
-        CalibrationError: no current flows, or the voltage is not that of so many cells in series.
+        CalibrationError: no current flows, the voltage is not that of so many cells in series, or
+            the charge is not that of such a pack.
     """
     voltage_V = table.voltage_V / pack.series
     _check_series(table, pack)
@@ -101,6 +108,7 @@ def reference_test(
         remarks=(said,),
         cells_V=table.cells_V,
     )
+    _check_charge(test, pack)
     mixed = test.mixed()
     if not mixed.any():
         return test
@@ -153,6 +161,23 @@ def _check_series(table: MeasuredTable, pack: Pack) -> None:
         f"{pack.cell.name} works from {pack.cell.lower_cut_off_V} to "
         f"{pack.cell.upper_cut_off_V} V: "
         f"check series in the pack file and the unit of the voltage{hint}"
+    )
+
+
+def _check_charge(test: ReferenceTest, pack: Pack) -> None:
+    rated_C = labelled_C(pack)
+    drawn_C = float(np.ptp(test.drawn_C()))
+    least_V, most_V = np.percentile(test.voltage_V, PERCENTILES).tolist()
+    fell = soc_at_rest(pack.cell, most_V) - soc_at_rest(pack.cell, least_V)
+    slow = np.abs(test.current_A).max() <= SLOW * rated_C / 3600
+    missing = slow and fell > FELL and drawn_C < LEAST_DRAWN * fell * rated_C
+    if drawn_C <= MOST_DRAWN * rated_C and not missing:
+        return
+    beside = f" while its voltage goes through {fell:.0%} of its charge" if missing else ""
+    raise CalibrationError(
+        f"{test.name}: a cell gives {drawn_C / 3600:.3g} Ah{beside}, but is labelled "
+        f"{rated_C / 3600:.3g} Ah: check units and sign of the current, the unit of the time, and "
+        "capacity_Ah and parallel in the pack file"
     )
 
 

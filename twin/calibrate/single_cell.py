@@ -5,9 +5,9 @@ from dataclasses import replace
 import numpy as np
 import numpy.typing as npt
 
-from twin.calibrate.cell_map import SIDES
 from twin.effects import AGEING, AnyEffect, FilmResistance, Sei, SeriesResistance
 from twin.pack import Pack
+from twin.windows import SIDES
 
 FloatArray = npt.NDArray[np.float64]
 

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from tests.twin.calibrate.synthetic import cell_pack
+from twin.at_rest import open_circuit_V
 from twin.calibrate.check_ups import read_check_ups
 from twin.calibrate.reference import ReferenceTest, discharge_sign, left_unknown, reference_test
 from twin.calibrate.table import CalibrationError, MeasuredTable, read_test
@@ -154,3 +155,33 @@ def test_tests_that_reach_no_cut_off_leave_the_ends_unknown() -> None:
     assert "lower cut-off" in said
     (said,) = left_unknown((over(3.8, empty),), pack)
     assert "upper cut-off" in said
+
+
+@pytest.mark.parametrize(
+    ("factor", "said"),
+    [
+        (1e-3, "0.00187 Ah while its voltage goes through 8.% of its charge, but is labelled 2.2"),
+        (1e3, "1.87e[+]03 Ah, but is labelled 2.2 Ah: check units"),
+        (60.0, "112 Ah, but is labelled 2.2 Ah: check units"),
+    ],
+)
+def test_a_charge_of_another_unit_is_told(factor: float, said: str) -> None:
+    """A column in mA that is headed A, and the reverse; minutes headed h."""
+    table = discharged(factor)
+    with pytest.raises(CalibrationError, match=said):
+        reference_test(table, cell_pack())
+
+
+@pytest.mark.parametrize("factor", [0.7, 1.0, 1.8])
+def test_a_cell_may_hold_less_or_more_than_its_label(factor: float) -> None:
+    assert reference_test(discharged(factor), cell_pack()).drawn_C()[-1] > 0
+
+
+def discharged(factor: float) -> MeasuredTable:
+    """At 1.1 A through 85 % of the charge of the cell, the current then multiplied."""
+    cell, time_s = cell_pack().cell, np.linspace(0.0, 6120.0, 500)
+    soc = 0.95 - time_s / 7200
+    return MeasuredTable(
+        name="t", time_s=time_s, current_A=np.full(500, 1.1 * factor),
+        voltage_V=np.array([open_circuit_V(cell, s) for s in soc]), temperature_K=None,
+    )  # fmt: skip
