@@ -4,7 +4,8 @@ Recording: batterysim/equiv-circ-model, MIT, with the voltage of every pair.
 """
 
 import csv
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -13,7 +14,8 @@ from proof.recorded.measured import FloatArray, recording
 
 FILE = "battery/leaf/module123-irdischarge-65ah-1_0c.csv"
 SERIES, PARALLEL = 6, 2
-COLUMNS = ("Total Time", "Current", *(f"Cell Voltage A{k}" for k in range(1, SERIES + 1)))
+PAIRS = tuple(f"A{k}" for k in range(1, SERIES + 1))
+COLUMNS = ("Total Time", "Current", *(f"Cell Voltage {name}" for name in PAIRS))
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -34,6 +36,11 @@ class Cells:
     def voltage_V(self) -> FloatArray:
         """(n,) of the pack."""
         return np.asarray(self.cell_voltage_V.sum(axis=1))
+
+    def of(self, names: Sequence[str]) -> "Cells":
+        """Some of PAIRS alone, in this order."""
+        own = [PAIRS.index(name) for name in names]
+        return replace(self, cell_voltage_V=self.cell_voltage_V[:, own])
 
     def every(self, step: int) -> "Cells":
         """Each so-manieth sample."""

@@ -10,6 +10,12 @@ others, at the end the weakest is at 3.00 V and the second at 3.21 V where the o
 (the single cell, after as much charge, is within 20 mV of those up to 24 Ah). `weak_cell` has to be
 named. The others age too: a loss of lithium or of material may be beside it.
 
+Part of the Leaf: three of its pairs in series, one of them weak, as that effect has it; V is the
+sum of what was measured on each, under the one current. The twin is that of the other pairs:
+windows, capacity, resistance and diffusivities fitted to A2, its error, three times over, that on
+A6. The control has the two good pairs that are left, and nothing to be named. These were written
+down after the whole module had been missed, and before any of them was judged.
+
 Phantom: 4 cells in hover for 93 s. Their voltages differ from their mean by 7 mV and less on
 average, one sample of a difference scatters by 6 to 12 mV, since the cells are not read at one
 time: nothing that a pack's terminals could show, a control. The twin is fitted to the first 40 s.
@@ -26,11 +32,14 @@ import numpy as np
 import numpy.typing as npt
 
 from proof.question import Question, Recording
+from proof.recorded.base import Base
+from proof.recorded.calibrated import calibrated
 from proof.recorded.heat_bases import CELLS
 from proof.recorded.instruments import by_cycler
 from proof.recorded.leaf_module import PARALLEL, SERIES, Cells, module
 from proof.recorded.measured import NotHere, RealTest, recording
 from proof.recorded.trials_ageing import LOSSES, missed
+from proof.recorded.vtc6 import FREE
 from proof.trial import NoTrial, Trial
 from proof.truth import Channel, Truth
 from twin.at_rest import soc_at_rest
@@ -39,7 +48,7 @@ from twin.calibrate.flight import NotFitted, fit_flight
 from twin.calibrate.flight_problem import Flown, Known
 from twin.constants import ZERO_CELSIUS_K
 from twin.effects import SelfHeating, SeriesResistance
-from twin.load import Load
+from twin.load import Between, Load
 from twin.pack import Pack
 
 BoolArray = npt.NDArray[np.bool_]
@@ -48,18 +57,23 @@ STILL_AIR_W_m2_K = 10.0  # of the modules: what cools a cell between others is n
 EVERY = 6  # samples of the module that are taken
 PHANTOM = "battery/dji_phantom/DJIFlightRecord_2015-12-29_center_battery_1Hz.csv"
 PHANTOM_ROWS = 36  # of the flight, that the twin is fitted to
+LEAF_OF = "Nissan Leaf, aged modules 6s2p (batterysim, MIT)"
+FITTED, UNSEEN, OTHERS = "A2", "A6", ("A3", "A5")  # of the pairs that are not weak
 Make = Callable[[Path, Path], tuple[Question, Truth]]
 
 
 def weak_trials(folder: Path, cache: Path) -> tuple[Trial, ...]:
-    """Leaf and Phantom."""
-    both = (
-        ("trial-n01", "Nissan Leaf, aged modules 6s2p (batterysim, MIT)", _leaf),
+    """Leaf, Phantom and parts of the Leaf."""
+    listed: tuple[tuple[str, str, Make], ...] = (
+        ("trial-n01", LEAF_OF, _leaf),
         ("trial-n02", "DJI Phantom, 4S in hover (mikeemoo)", _phantom),
+        ("trial-n03", LEAF_OF, partial(_part_of_leaf, ("A1",))),
+        ("trial-n04", LEAF_OF, partial(_part_of_leaf, ("A4",))),
+        ("trial-n05", LEAF_OF, partial(_part_of_leaf, ())),
     )
     return tuple(
         Trial(name=name, source=source, make=partial(_here, make, folder, cache))
-        for name, source, make in both
+        for name, source, make in listed
     )
 
 
@@ -72,8 +86,7 @@ def _here(make: Make, folder: Path, cache: Path) -> tuple[Question, Truth]:
 
 def _leaf(folder: Path, cache: Path) -> tuple[Question, Truth]:
     cells = module(folder).every(EVERY)
-    asked_A = float(np.sqrt(np.mean(cells.current_A**2))) / PARALLEL
-    base = CELLS["leaf"].base(folder, cache, (), asked_A=asked_A)
+    base = _leaf_cell(cells, folder, cache)
     shown = np.ones(cells.time_s.size, dtype=bool)
     floor_V = SERIES * base.error_V
     pack = replace(
@@ -96,6 +109,57 @@ def _leaf(folder: Path, cache: Path) -> tuple[Question, Truth]:
         verdicts=("named",),
         effects=(("weak_cell",),),
         also=LOSSES,
+    )
+
+
+def _leaf_cell(cells: Cells, folder: Path, cache: Path) -> Base:
+    """The single cell of the make, for the current of the modules."""
+    asked_A = float(np.sqrt(np.mean(cells.current_A**2))) / PARALLEL
+    return CELLS["leaf"].base(folder, cache, (), asked_A=asked_A)
+
+
+def _part_of_leaf(weak: tuple[str, ...], folder: Path, cache: Path) -> tuple[Question, Truth]:
+    """OTHERS in series with what is weak, by the twin of FITTED."""
+    whole = module(folder).every(EVERY)
+    single = _leaf_cell(whole, folder, cache)
+    heating = SelfHeating(heat_transfer_W_m2_K=STILL_AIR_W_m2_K)
+    start = replace(single.pack, effects=(*single.pack.effects, heating))
+    fitted, unseen = (_pair(whole, name) for name in (FITTED, UNSEEN))
+    test = fitted.reference(ambient_K=start.initial_K, between=Between.LINEAR)
+    pair = calibrated(start, [test], cache, only=FREE).pack
+    there = replace(pair, initial_soc=soc_at_rest(pair.cell, float(unseen.voltage_V[0])))
+    cells = whole.of((*OTHERS, *weak))
+    series = cells.cell_voltage_V.shape[1]
+    floor_V = series * missed(there, unseen)
+    own_ohm = sum(e.resistance_ohm for e in pair.effects if isinstance(e, SeriesResistance))
+    pack = replace(
+        pair,
+        series=series,
+        parallel=PARALLEL,
+        initial_soc=soc_at_rest(pair.cell, float(cells.voltage_V[0]) / series),
+        soc_by_rest=True,
+        effects=(SeriesResistance(resistance_ohm=own_ohm * series / PARALLEL), heating),
+    )
+    shown = np.ones(cells.time_s.size, dtype=bool)
+    return _asked(by_cycler(pack), cells, floor_V, pack.initial_K, shown), _truth(
+        pack,
+        cells,
+        floor_V,
+        kind="weak cell" if weak else "real control",
+        said="one of three pairs of cells is weak" if weak else "nothing: two pairs that are alike",
+        verdicts=("named",) if weak else ("none", "unknown", "ambiguous"),
+        effects=(("weak_cell",),) if weak else (),
+        also=LOSSES if weak else (),
+    )
+
+
+def _pair(cells: Cells, name: str) -> RealTest:
+    """One of its cells, by itself."""
+    return RealTest(
+        name=f"pair {name} of the modules",
+        time_s=cells.time_s,
+        current_A=cells.current_A / PARALLEL,
+        voltage_V=cells.of((name,)).voltage_V,
     )
 
 

@@ -49,6 +49,17 @@ def test_no_trial_without_its_recording(make, tmp_path: Path) -> None:  # type: 
             trial.make()
 
 
+def test_part_of_a_series_is_the_sum_of_its_cells() -> None:
+    try:
+        whole = leaf_module.module(SHARED)
+    except NotHere as e:
+        pytest.skip(str(e))
+    part = whole.of(("A3", "A5", "A1"))
+    assert part.voltage_V == pytest.approx(whole.cell_voltage_V[:, [2, 4, 0]].sum(axis=1))
+    assert part.voltage_V[-1] == pytest.approx(3.478 + 3.435 + 3.0)
+    assert part.current_A is whole.current_A
+
+
 def test_the_life_of_the_cell() -> None:
     try:
         own = vtc6.life(SHARED)
