@@ -11,10 +11,13 @@ others, at the end the weakest is at 3.00 V and the second at 3.21 V where the o
 named. The others age too: a loss of lithium or of material may be beside it.
 
 Part of the Leaf: three of its pairs in series, one of them weak, as that effect has it; V is the
-sum of what was measured on each, under the one current. The twin is that of the other pairs:
-windows, capacity, resistance and diffusivities fitted to A2, its error, three times over, that on
-A6. The control has the two good pairs that are left, and nothing to be named. These were written
-down after the whole module had been missed, and before any of them was judged.
+sum of what was measured on each, under the one current. The twin is that of the other pairs: the
+single cell's, fitted to A2; its error on A6 tells by how much pairs differ. What it misses of A2 is
+alike in all and adds up, the rest is each pair's own and adds up in squares. The control has the
+two good pairs that are left, and nothing to be named. These were written down after the whole
+module had been missed, and before any of them was judged; then with a twin of fewer numbers
+(windows, capacity, resistance, diffusivities) that missed A2 by 10 mV, and with three times its
+error on A6 as that of the series: both weak pairs were `unknown`, as they are now.
 
 Phantom: 4 cells in hover for 93 s. Their voltages differ from their mean by 7 mV and less on
 average, one sample of a difference scatters by 6 to 12 mV, since the cells are not read at one
@@ -39,7 +42,6 @@ from proof.recorded.instruments import by_cycler
 from proof.recorded.leaf_module import PARALLEL, SERIES, Cells, module
 from proof.recorded.measured import NotHere, RealTest, recording
 from proof.recorded.trials_ageing import LOSSES, missed
-from proof.recorded.vtc6 import FREE
 from proof.trial import NoTrial, Trial
 from proof.truth import Channel, Truth
 from twin.at_rest import soc_at_rest
@@ -126,11 +128,13 @@ def _part_of_leaf(weak: tuple[str, ...], folder: Path, cache: Path) -> tuple[Que
     start = replace(single.pack, effects=(*single.pack.effects, heating))
     fitted, unseen = (_pair(whole, name) for name in (FITTED, UNSEEN))
     test = fitted.reference(ambient_K=start.initial_K, between=Between.LINEAR)
-    pair = calibrated(start, [test], cache, only=FREE).pack
+    found = calibrated(start, [test], cache)
+    pair, alike_V = found.pack, found.rms_V[0]
     there = replace(pair, initial_soc=soc_at_rest(pair.cell, float(unseen.voltage_V[0])))
     cells = whole.of((*OTHERS, *weak))
     series = cells.cell_voltage_V.shape[1]
-    floor_V = series * missed(there, unseen)
+    own_V2 = max(missed(there, unseen) ** 2 - alike_V**2, 0.0)
+    floor_V = float(np.hypot(series * alike_V, np.sqrt(series * own_V2)))
     own_ohm = sum(e.resistance_ohm for e in pair.effects if isinstance(e, SeriesResistance))
     pack = replace(
         pair,
