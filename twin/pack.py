@@ -162,8 +162,9 @@ class Pack:
             values[name] += difference
         for effect in self.effects:
             if isinstance(effect, SeriesResistance):  # of the pack, shared out to its cells
-                share = self.parallel / self.series
-                values["series_resistance_ohm"] += effect.resistance_ohm * share
+                own_ohm = effect.resistance_ohm * self.parallel / self.series
+                values["series_resistance_ohm"] += own_ohm
+                values["outside_ohm"] += own_ohm * effect.outside
             if isinstance(effect, FilmResistance):
                 values["negative.film_ohm_m2"] += effect.negative_ohm_m2
                 values["positive.film_ohm_m2"] += effect.positive_ohm_m2

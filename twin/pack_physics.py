@@ -12,6 +12,7 @@ from twin.effects.effect import Parameter
 LISTABLE = EFFECTS | MEASURED
 PLACE = Parameter(name="cell", unit="1", value=0.0, lower=0.0, upper=1000.0, prior_std=1.0)
 """Of a weak cell; that the pack has so many is checked by `Pack`."""
+NOT_ALONE = {PLACE.name, "outside"}  # say where something is, and not how much of it
 LEAST_ERROR = 1e-12  # standard errors are positive
 STRAINED = ("cracking", "active_material_loss", "stress_enhanced_diffusion")
 """Effects that the elastic constants act on."""
@@ -94,8 +95,8 @@ def _weak_cell(given: Any) -> WeakCell:
 def _wanted(name: str, parameters: Sequence[Parameter], given: Any) -> dict[str, float]:
     """The numbers of an effect; PhysicsError if it is nothing without one and has none."""
     numbers = _numbers(f"effects.{name}", parameters, {} if given is None else given)
-    if name in MEASURED and not numbers.keys() - {PLACE.name}:
-        wanted = " or ".join(p.name for p in MEASURED[name].parameters)
+    if name in MEASURED and not numbers.keys() - NOT_ALONE:
+        wanted = " or ".join(p.name for p in MEASURED[name].parameters if p.name not in NOT_ALONE)
         raise PhysicsError(
             f"twin.physics lists {name!r}, which is nothing without its number: "
             f"give {wanted} in [effects.{name}]"

@@ -69,6 +69,7 @@ def cell_parameters(cell: Cell) -> dict[str, float]:
     for name in ("electrolyte.conductivity", "electrolyte.diffusivity"):
         out[f"{name}_factor"] = 1.0
     out["series_resistance_ohm"] = 0.0
+    out["outside_ohm"] = 0.0  # of it, what does not warm the cell
     return out | dict.fromkeys(bump_names(cell), 0.0)
 
 

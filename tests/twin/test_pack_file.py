@@ -100,6 +100,11 @@ def test_no_effects_is_a_choice_too() -> None:
     ("listed", "table", "expected"),
     [
         ("series_resistance", "resistance_ohm = 0.012", SeriesResistance(resistance_ohm=0.012)),
+        (
+            "series_resistance",
+            "resistance_ohm = 0.012\noutside = 1",
+            SeriesResistance(resistance_ohm=0.012, outside=1.0),
+        ),
         ("film_resistance", "negative_ohm_m2 = 1e-3", FilmResistance(negative_ohm_m2=1e-3)),
         ("sei", "strength = 2", Sei(strength=2.0)),
         ("weak_cell", "cell = 2\nsoc_offset = -0.1", WeakCell(cell=2, soc_offset=-0.1)),
@@ -137,6 +142,7 @@ WEAK = PACK + listing("weak_cell") + "[effects.weak_cell]\n"
         (LEADS + "resistance_ohm = '5'", "resistance_ohm = '5': expected a number"),
         (LEADS + "resistance_ohm = true", "resistance_ohm = True: expected a number"),
         (LEADS, "nothing without its number: give resistance_ohm in [effects.series_resistance]"),
+        (LEADS + "outside = 1", "nothing without its number: give resistance_ohm in"),
         (PACK + listing("series_resistance"), "nothing without its number: give resistance_ohm"),
         (WEAK + "cell = 2", "give capacity_factor or soc_offset or resistance_ohm"),
         (WEAK + "cell = 5\ncapacity_factor = 0.9", "cell = 5: expected 1 to 4, or 0"),

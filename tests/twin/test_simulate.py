@@ -243,6 +243,20 @@ def test_a_series_resistance_takes_its_share_at_once_and_warms_the_pack(m50: Cel
     assert with_.heat_W - without.heat_W == pytest.approx(drop_V * load.current_A, abs=1e-6)
 
 
+@pytest.mark.parametrize("outside", [0.25, 1.0])
+def test_of_leads_outside_the_voltage_is_lost_and_the_heat_is_elsewhere(
+    m50: Cell, outside: float
+) -> None:
+    load, ohm = flight(20.0), 0.03
+    leads = SeriesResistance(resistance_ohm=ohm, outside=outside)
+    bare = simulate(Pack(cell=m50, series=4, parallel=2), load)
+    led = simulate(Pack(cell=m50, series=4, parallel=2, effects=(leads,)), load)
+    drop_V = ohm * load.current_A
+    assert bare.voltage_V - led.voltage_V == pytest.approx(drop_V, abs=1e-9)
+    inside_W = (1.0 - outside) * drop_V * load.current_A
+    assert led.heat_W - bare.heat_W == pytest.approx(inside_W, abs=1e-6)
+
+
 def test_a_film_on_both_electrodes_costs_what_ohm_says_where_the_reaction_is_even(
     m50: Cell,
 ) -> None:

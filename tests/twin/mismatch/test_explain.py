@@ -353,7 +353,7 @@ def test_slopes_agree_with_the_exact_ones() -> None:
     data = split([own], [own])
     h = next(h for h in HYPOTHESES if h.id == "series_resistance")
     problem = Problem(data.fitted, [h])
-    slopes = problem.evidence(np.zeros(2)).slopes[:, 0]
+    slopes = problem.evidence(np.zeros(problem.size)).slopes[:, 0]
     exact = sensitivity(pack(), own.load, ["series_resistance_ohm"]).voltage[:, 0] / 4
     std = h.parameters[0].prior_std
     white = data.fitted[0][1](-std * exact[:, None])[:, 0]

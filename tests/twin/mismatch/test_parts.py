@@ -16,13 +16,13 @@ def test_the_part_of_a_resistance_is_its_drop_and_parts_add_up() -> None:
     data = split([own], [own]).fitted
     chosen = [h for h in HYPOTHESES if h.id in ("series_resistance", "voltage_gain")]
     problem = Problem(data, chosen)
-    q = np.array([0.7, -0.4, 0.5])  # the last is the start
+    q = np.array([0.7, 0.0, -0.4, 0.5])  # resistance, where, gain, and the start
     made = {p.effect: p.voltage_V for p in parts(data, problem, q, 0)}
     values = problem.values(q)
     gain = values["voltage_gain"]["gain"]
     drop_V = values["series_resistance"]["resistance_ohm"] * own.load.current_A
     assert np.abs(made["series_resistance"] + gain * drop_V).max() < 1e-9
-    started = problem.pack(np.array([0.0, 0.0, 0.5]), 0)
+    started = problem.pack(np.array([0.0, 0.0, 0.0, 0.5]), 0)
     before_V = simulate(started, own.load).voltage_V
     cross_V = (gain - 1.0) * drop_V  # counted in both
     whole_V = own.voltage_V - problem.residual_V(q, 0) - before_V
