@@ -8,7 +8,7 @@ import numpy as np
 from twin.mismatch.advice import advise
 from twin.mismatch.choose import ALIKE, models, scale_of
 from twin.mismatch.contradict import contradiction
-from twin.mismatch.decide import Decision, candidates, decide
+from twin.mismatch.decide import Decision, candidates, decide, white
 from twin.mismatch.finding import Course, Errors, Finding, Span, Verdict
 from twin.mismatch.fit import Data, Fitted
 from twin.mismatch.flight import Flight, FloatArray
@@ -18,7 +18,7 @@ from twin.mismatch.noise import Whitener
 from twin.mismatch.parts import parts
 from twin.mismatch.pauses import pauses
 from twin.mismatch.problem import START_SOC
-from twin.mismatch.split import sharpened, split
+from twin.mismatch.split import counted, sharpened, split
 from twin.simulate import simulate
 
 SHOWN_DRIVERS = 5
@@ -50,7 +50,9 @@ def explain(  # noqa: PLR0913
     data = split(fitted, held_out, slow_V=slow_V)
     most = {"most_effects": 1, "most_alone": SHORT} if short else {}
     found = models(data, hypotheses, progress=progress, **most)
-    if not short and (finer := sharpened(data, found[0].fitted)):
+    told, best = data, found[0].fitted
+    cliffs = slow_V is not None or white(best)
+    if not short and (finer := sharpened(data, best, cliffs=cliffs)):
         data, found = finer, models(finer, hypotheses, progress=progress)
     scale = scale_of(m.fitted for m in found)
     null = next(m for m in found if not m.ids)
@@ -82,6 +84,7 @@ def explain(  # noqa: PLR0913
             *remarks,
             *(_starts(null.fitted) if decision.verdict is Verdict.NONE else ()),
             *_paused((*fitted, *held_out)),
+            *_empty(told, data),
         ),
     )
 
@@ -97,6 +100,14 @@ def _paused(flights: Sequence[Flight]) -> Iterator[str]:
                 f"{sum(hole.length_s for hole in holes):.0f} s in all; by what flowed in stretches "
                 f"as long, the charge drawn may be {off_C:.2g} C off, and that counts as noise"
             )
+
+
+def _empty(told: Data, data: Data) -> Iterator[str]:
+    if gone := counted(told) - counted(data):
+        yield (
+            f"{gone} of {counted(told)} samples do not count: a cell is beyond its cut-off there, "
+            "where a thousandth of its charge decides over a volt"
+        )
 
 
 def _starts(null: Fitted) -> tuple[str, ...]:

@@ -22,6 +22,7 @@ from scipy.linalg import solve_banded
 FloatArray = npt.NDArray[np.float64]
 BoolArray = npt.NDArray[np.bool_]
 
+LEAST_LEFT = 1e-3  # of the variance of the noise
 HUBER = 1.345  # deviations, up to which squares count: 95 % efficient if all are normal
 
 
@@ -37,6 +38,8 @@ class Noise:
         along_s: time over which that forgets.
         heavy_tailed: the twin errs by far more in a few samples than in all others, see `tamed`.
         together_s: samples over so long are taken as one, their mean; 0: each by itself.
+        current_V: of `white_V`, what the noise of the recorded current makes of a twin
+        current_ohm: that answers to it by so much (`white.answer_ohm`).
     """
 
     white_V: float
@@ -46,6 +49,19 @@ class Noise:
     along_s: float = 1.0
     heavy_tailed: bool = False
     together_s: float = 0.0
+    current_V: float = 0.0
+    current_ohm: float = 1.0
+
+    def counts(self, ohm: float) -> float:
+        """So many times residuals count, of a twin that answers by `ohm` to that noise.
+
+        What answers less leaves less, and is no better for it: squares are over the variance that
+        noise in both quantities makes of this twin (Deming, Statistical Adjustment of Data, 1943).
+        None is excused by answering more.
+        """
+        less = min(ohm / self.current_ohm, 1.0)
+        spared = (self.current_V / self.white_V) ** 2 * (1.0 - less**2)
+        return 1.0 / sqrt(max(1.0 - spared, LEAST_LEFT))
 
     @property
     def own_V(self) -> float:

@@ -20,9 +20,10 @@ from twin.mismatch.flight import Flight
 from twin.mismatch.hypothesis import Hypothesis, coordinate_of, value_of
 from twin.mismatch.left import beyond_cut_offs, left_V
 from twin.mismatch.noise import Whitener
+from twin.mismatch.white import answer_ohm
 from twin.pack import Pack
 from twin.simulate import DEFAULT_MESH, Run, run_all, solution_of
-from twin.solution import Solution
+from twin.solution import Solution, Status
 
 FloatArray = npt.NDArray[np.float64]
 
@@ -162,6 +163,16 @@ class Problem:
         """(n,) recorded minus simulated, see `left_V`."""
         return self._residuals([(q, flight)])[0][0]
 
+    def beyond(self, q: FloatArray, flight: int) -> npt.NDArray[np.bool_]:
+        """(n,) where a cell of the twin is emptier than its cut-off allows."""
+        least_V = self.flights[flight].pack.cell.lower_cut_off_V
+        out = np.zeros(self.flights[flight].time_s.size, dtype=bool)
+        (solution,) = self._simulated([(q, flight)])
+        if solution is not None:
+            out[: solution.voltage_V.size] = (solution.cell_voltage_V < least_V).any(axis=0)
+            out[solution.voltage_V.size :] = solution.status is Status.LOWER_CUT_OFF
+        return out
+
     def _residuals(self, asked: Sequence[tuple[FloatArray, int]]) -> list[list[FloatArray]]:
         """Of coordinates and a recording each: (n,) of the voltage, and of each channel."""
         parts = [asked[k : k + AT_ONCE] for k in range(0, len(asked), AT_ONCE)]
@@ -225,7 +236,21 @@ class Problem:
     def whitened(self, points: Sequence[FloatArray]) -> list[list[FloatArray]]:
         """(m,) of each recording, at each of the coordinates."""
         done = iter(self._residuals(self._each(points)))
-        return [[_white(own, next(done)) for own in self._whiten] for _ in points]
+        return [
+            [_white(own, self._weighed(next(done), k)) for k, own in enumerate(self._whiten)]
+            for _ in points
+        ]
+
+    def _weighed(self, residuals: list[FloatArray], flight: int) -> list[FloatArray]:
+        """As they count by this twin's answer to the noise of the current, see `Noise.counts`."""
+        own, at, noise = self.flights[flight], self.judged(flight), self._whiteners[flight].noise
+        if noise.current_V == 0.0:
+            return residuals
+        simulated_V, current_A = own.voltage_V - residuals[0], own.load.current_A
+        return [
+            noise.counts(answer_ohm(simulated_V[at], current_A[at])) * residuals[0],
+            *residuals[1:],
+        ]
 
     def _each(self, points: Sequence[FloatArray]) -> list[tuple[FloatArray, int]]:
         return [(q, flight) for q in points for flight in range(len(self.flights))]
@@ -245,10 +270,11 @@ class Problem:
         asked = [(at, flight) for flight, own in enumerate(moved) for at in (q, *own)]
         done, here_V, rows, slopes = iter(self._residuals(asked)), [], [], []
         for flight, points in enumerate(moved):
-            here, *there = [next(done) for _ in (q, *points)]
+            raw = [next(done) for _ in (q, *points)]
+            here, *there = (self._weighed(r, flight) for r in raw)
             own = list(self._columns(flight))
             steps = np.array([at[c] - q[c] for at, c in zip(points, own, strict=True)])
-            here_V.append(here[0])
+            here_V.append(raw[0][0])
             for k, whiten in enumerate(self._whiten[flight]):
                 changes = np.column_stack([r[k] - here[k] for r in there]) / steps
                 white = whiten(np.column_stack([here[k], changes]))

@@ -7,11 +7,11 @@ from math import hypot, sqrt
 import numpy as np
 
 from twin.mismatch.fit import Data, Fitted
-from twin.mismatch.flight import Flight, FloatArray, MismatchError
+from twin.mismatch.flight import BoolArray, Flight, FloatArray, MismatchError
 from twin.mismatch.noise import Noise, Whitener, whitener
 from twin.mismatch.problem import Problem
 from twin.mismatch.unseen import unseen
-from twin.mismatch.white import LEAST_V, of_current_V, step_V, white_V
+from twin.mismatch.white import LEAST_V, answer_ohm, of_current_V, step_V, white_V
 from twin.pack import Pack
 from twin.simulate import simulate
 
@@ -41,6 +41,7 @@ BLOCKS = 7
 """Of a single recording, every second one held out. An odd number: what shows as a battery empties,
 as a weak cell does, is in the last block alone, and no fit knows of it where that is held out."""
 GAP_S = 5.0  # between blocks, longer than what is remembered in the fast part of a residual
+FEW = 0.05  # of the samples
 SHARPER = 0.9  # of the noise that was thought, or its inverse
 LEAST_SAMPLES = 50
 LEAST_OF_A_PART = 5  # of a single recording: what is fitted of it, and what is held out
@@ -109,6 +110,8 @@ def noise_of(flight: Flight, slow_V: float | None) -> Noise:
             along_V=along_V,
             along_s=ALL_ALONG_S,
             together_s=_together_s(white, current),
+            current_V=current,
+            current_ohm=_answer_ohm(told, residual_V),
         )
     return Noise(
         white_V=white,
@@ -135,20 +138,24 @@ def _whitener(flight: Flight, noise: Noise, pack: Pack | None = None) -> Whitene
     return whitener(flight.time_s, flight.judged, noise, flight.load.current_A, between)
 
 
-def sharpened(data: Data, best: Fitted) -> Data | None:
+def sharpened(data: Data, best: Fitted, *, cliffs: bool = True) -> Data | None:
     """With the noise by what `best` leaves; None if that is hardly another than it was.
 
     What follows the current in a way that the twin as configured has not looks like noise at first,
-    and conceals what the noise of the current does.
+    and conceals what the noise of the current does. Without `cliffs` samples do not count at which
+    a cell of that twin is beyond its cut-off, if they are few: a volt is lost there within seconds,
+    and a thousandth of the charge decides when.
     """
 
     def of(
         problem: Problem, q: FloatArray, own: tuple[tuple[Flight, Whitener], ...]
     ) -> tuple[tuple[Flight, Whitener], ...]:
-        whites = [_white_V(flight, problem.residual_V(q, k)) for k, (flight, _) in enumerate(own)]
+        if not cliffs:
+            beyond = [problem.beyond(q, k) for k in range(len(own))]
+            own = tuple((_before(b, f), w) for b, (f, w) in zip(beyond, own, strict=True))
         noises = [
-            _by_what_is_left(w.noise, *known) if known else w.noise
-            for (_, w), known in zip(own, whites, strict=True)
+            _by_what_is_left(w.noise, flight, problem.residual_V(q, k))
+            for k, (flight, w) in enumerate(own)
         ]
         return tuple(
             (flight, _whitener(flight, noise, problem.pack(q, k)))
@@ -156,15 +163,39 @@ def sharpened(data: Data, best: Fitted) -> Data | None:
         )
 
     finer = Data(of(best.problem, best.q, data.fitted), of(best.judge, best.ahead_q, data.held_out))
-    return None if SHARPER < finer.noise_V / data.noise_V < 1.0 / SHARPER else finer
+    alike = SHARPER < finer.noise_V / data.noise_V < 1.0 / SHARPER
+    return None if alike and counted(finer) == counted(data) else finer
 
 
-def _by_what_is_left(noise: Noise, white_V: float, current_V: float) -> Noise:
+def counted(data: Data) -> int:
+    """Samples that count, of all recordings."""
+    return sum(int(f.judged.sum()) for f, _ in (*data.fitted, *data.held_out))
+
+
+def _before(beyond: BoolArray, flight: Flight) -> Flight:
+    few = np.count_nonzero(flight.judged & beyond) <= FEW * np.count_nonzero(flight.judged)
+    return replace(flight, judged=flight.judged & ~beyond) if few else flight
+
+
+def _by_what_is_left(noise: Noise, flight: Flight, residual_V: FloatArray) -> Noise:
+    known = _white_V(flight, residual_V)
+    if known is None:
+        return noise
+    white_V, current_V = known
     return replace(
         noise,
         white_V=min(white_V, hypot(current_V, noise.white_V)),
         together_s=max(noise.together_s, _together_s(white_V, current_V)),
+        current_V=current_V,
+        current_ohm=_answer_ohm(flight, residual_V),
     )
+
+
+def _answer_ohm(flight: Flight, residual_V: FloatArray) -> float:
+    """By the samples that count."""
+    counted = flight.judged
+    simulated_V = flight.voltage_V - residual_V
+    return answer_ohm(simulated_V[counted], flight.load.current_A[counted])
 
 
 def _together_s(white_V: float, current_V: float) -> float:

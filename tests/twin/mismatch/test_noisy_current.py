@@ -9,21 +9,23 @@ from tests.twin.mismatch.recordings import flown, pack
 from twin.effects import AnyEffect, ColdPack
 from twin.load import Load
 from twin.mismatch import Flight, Verdict, explain
+from twin.mismatch.fit import fit
 from twin.mismatch.hypothesis import HYPOTHESES
+from twin.mismatch.split import split
 from twin.simulate import simulate
 
 OURS = [h for h in HYPOTHESES if h.id in {"cold_pack", "reaction_kinetics", "series_resistance"}]
 NOISE_A, NOISE_V = 0.3, 3e-3  # 0.3 A are 6 mV across the twin's 20 mOhm
 
 
-def smooth(truth: tuple[AnyEffect, ...], seed: int) -> Flight:
+def smooth(truth: tuple[AnyEffect, ...], seed: int, noise_A: float = NOISE_A) -> Flight:
     """Hover that sinks slowly and a slow stroke of the throttle every half minute."""
     random, t = np.random.default_rng(seed), np.arange(0.0, 240.0, 0.1)
     true = Load(time_s=t, current_A=9.0 + 3.0 * np.sin(2 * np.pi * t / 30 + seed) + 0.005 * t)
     answer_V = simulate(replace(pack(), effects=truth), true).require().voltage_V
     return replace(
         flown(seed=seed),
-        load=replace(true, current_A=true.current_A + random.normal(0.0, NOISE_A, t.size)),
+        load=replace(true, current_A=true.current_A + random.normal(0.0, noise_A, t.size)),
         voltage_V=answer_V + random.normal(0.0, NOISE_V, t.size),
         judged=np.ones(t.size, dtype=bool),
         motion=np.full(t.size, "hover"),
@@ -42,3 +44,11 @@ def test_noise_of_a_smooth_current_is_nothing_that_was_left_out(
     assert finding.verdict is (Verdict.NAMED if truth else Verdict.NONE)
     assert [e.id for e in finding.effects] == said
     assert finding.errors.held_out_after < 1.1 * finding.errors.noise
+
+
+def test_a_twin_that_answers_less_to_noise_is_no_better() -> None:
+    """Of a pack of which nothing was left out: 1.10 where squares count alike for every twin."""
+    data = split([smooth((), 1, noise_A=0.8)], [smooth((), 2, noise_A=0.8)])
+    found = fit(data, [h for h in HYPOTHESES if h.id == "electrolyte_transport"])
+    factors = found.problem.values(found.q)["electrolyte_transport"]
+    assert factors["conductivity_factor"] == pytest.approx(1.0, abs=0.02)

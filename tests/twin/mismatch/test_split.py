@@ -9,8 +9,9 @@ from tests.twin.mismatch.recordings import NOISE_V, flown, pack
 from twin.effects import SeriesResistance
 from twin.load import Load
 from twin.mismatch import Flight, MismatchError
+from twin.mismatch.fit import fit
 from twin.mismatch.left import beyond_cut_offs, left_V
-from twin.mismatch.split import ALONG_V, noise_of, split
+from twin.mismatch.split import ALONG_V, counted, noise_of, sharpened, split
 from twin.simulate import simulate
 from twin.solution import Status
 
@@ -71,3 +72,33 @@ def test_where_a_twin_has_ended_it_stands_at_its_cut_off(current_A: float, statu
     assert solution.status is Status[f"{status}_CUT_OFF"]
     end_V = getattr(own.cell, f"{status.lower()}_cut_off_V")
     assert left_V(flight, own, solution)[-1] == pytest.approx(16.0 - 4 * end_V)
+
+
+def emptied(seed: int) -> Flight:
+    """A pack that starts a thousandth emptier than its twin, flown beyond the cut-off of a cell."""
+    time_s = np.arange(0.0, 180.0, 0.2)
+    load = Load(time_s=time_s, current_A=8.0 + 2.0 * np.sin(time_s / 3.0))
+    told = replace(pack(), initial_soc=0.20)
+    there = beyond_cut_offs(replace(told, initial_soc=0.199))
+    noise_V = np.random.default_rng(seed).normal(0.0, NOISE_V, time_s.size)
+    n = (recorded_V := simulate(there, load).voltage_V).size
+    return Flight(
+        name=f"emptied {seed}", pack=told, motion=np.full(n, ""),
+        load=Load(time_s=time_s[:n], current_A=load.current_A[:n]),
+        voltage_V=recorded_V + noise_V[:n], judged=np.ones(n, dtype=bool),
+    )  # fmt: skip
+
+
+def test_samples_beyond_a_cut_off_do_not_count_where_they_are_few() -> None:
+    data = split([emptied(1)], [emptied(2)])
+    best = fit(data, ())
+    flight, least_V = data.fitted[0][0], pack().cell.lower_cut_off_V
+    beyond = best.problem.beyond(best.q, 0)
+    cell_V = (flight.voltage_V - best.problem.residual_V(best.q, 0)) / 4
+    assert np.array_equal(beyond, cell_V < least_V)
+    assert 0 < np.count_nonzero(beyond) < 0.05 * beyond.size
+    finer = sharpened(data, best, cliffs=False)
+    assert finer is not None
+    assert np.array_equal(finer.fitted[0][0].judged, ~beyond)
+    assert counted(finer) < counted(data)
+    assert sharpened(data, best, cliffs=True) is None
