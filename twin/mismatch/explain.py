@@ -6,9 +6,9 @@ from dataclasses import replace
 import numpy as np
 
 from twin.mismatch.advice import advise
-from twin.mismatch.choose import ALIKE, models, scale_of
+from twin.mismatch.choose import ALIKE, Model, models, scale_of
 from twin.mismatch.contradict import contradiction
-from twin.mismatch.decide import Decision, candidates, decide, white
+from twin.mismatch.decide import LIKELY, Decision, candidates, decide, white
 from twin.mismatch.finding import Course, Errors, Finding, Span, Verdict
 from twin.mismatch.fit import Data, Fitted
 from twin.mismatch.flight import Flight, FloatArray
@@ -82,7 +82,7 @@ def explain(  # noqa: PLR0913
         courses=_courses(data, best),
         remarks=(
             *remarks,
-            *(_starts(null.fitted) if decision.verdict is Verdict.NONE else ()),
+            *(_of_none(found[0], null) if decision.verdict is Verdict.NONE else ()),
             *_paused((*fitted, *held_out)),
             *_empty(told, data),
         ),
@@ -107,6 +107,18 @@ def _empty(told: Data, data: Data) -> Iterator[str]:
         yield (
             f"{gone} of {counted(told)} samples do not count: a cell is beyond its cut-off there, "
             "where a thousandth of its charge decides over a volt"
+        )
+
+
+def _of_none(likeliest: Model, null: Model) -> Iterator[str]:
+    """What would be misread beside a verdict that nothing is missing."""
+    yield from _starts(null.fitted)
+    if likeliest.ids and likeliest.probability > LIKELY:
+        left_V, before_V = (m.fitted.held_out_rms_V() for m in (likeliest, null))
+        yield (
+            f"{' + '.join(likeliest.ids)} has most of the evidence, but leaves {1e3 * left_V:.2f} "
+            f"instead of {1e3 * before_V:.2f} mV of what was held out: no more than the twin may "
+            "err by, so it is not named"
         )
 
 

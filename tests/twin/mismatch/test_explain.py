@@ -30,6 +30,7 @@ from twin.mismatch import (
     MismatchError,
     Verdict,
     choose,
+    decide,
     explain,
     finding_json,
 )
@@ -69,6 +70,21 @@ def test_a_start_that_is_off_within_its_tolerance_is_told() -> None:
     assert "less charge at its start than stated" in said
     right = [flown(seed=seed) for seed in (1, 2)]
     assert explain(right[:1], right[1:], hypotheses=gain).remarks == ()
+
+
+def test_what_has_the_evidence_and_no_name_is_told_beside_none(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """A drop of 1 mV a cell in noise of 8 mV is told, and is less than numerics may do here."""
+    ohm = [h for h in HYPOTHESES if h.id == "series_resistance"]
+    monkeypatch.setattr(decide, "NUMERICS_V", 3e-3)
+    truth = [SeriesResistance(resistance_ohm=0.0005)]
+    off = [flown(truth, seed=seed) for seed in (1, 2)]
+    found = explain(off[:1], off[1:], hypotheses=ohm)
+    assert found.verdict is Verdict.NONE
+    (said,) = (r for r in found.remarks if "evidence" in r)
+    assert said.startswith("series_resistance has most of the evidence, but leaves ")
+    assert said.endswith("so it is not named")
 
 
 @pytest.mark.parametrize(
