@@ -96,6 +96,8 @@ def _warmth(v: Values) -> str:
 
 def _resistance(v: Values) -> str:
     """All that is in series, also where the twin as configured had some."""
+    if "resistance_ohm" not in v:
+        return "what is in series with the cells warms them by another share of its heat"
     if not (R := v["resistance_ohm"]):
         return "the pack has nothing in series with its cells (tabs, connectors, leads)"
     return (

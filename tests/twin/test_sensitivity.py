@@ -46,7 +46,13 @@ NAMES = (
 )
 STEP = 1e-3  # relative; error of the difference goes as its fourth power, rounding as its inverse
 
-STEP_AT_0 = {"film_ohm_m2": 1e-5, "resistance_ohm": 1e-5, "activation_J_mol": 100.0, "_V_K": 1e-5}
+STEP_AT_0 = {
+    "film_ohm_m2": 1e-5,
+    "resistance_ohm": 1e-5,
+    "outside_ohm": 1e-5,
+    "activation_J_mol": 100.0,
+    "_V_K": 1e-5,
+}
 COARSE = electrode_mesh((0.0, 1.0), (2,))  # derivatives are exact on any mesh
 HARSH = (  # years of ageing within half a minute
     StressEnhancedDiffusion(),

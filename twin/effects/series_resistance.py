@@ -24,7 +24,7 @@ class SeriesResistance:
         Parameter(
             name="resistance_ohm", unit="Ohm", value=0.0, lower=0.0, upper=0.5, prior_std=0.01
         ),
-        Parameter(name="outside", unit="1", value=0.5, lower=0.0, upper=1.0, prior_std=0.5),
+        Parameter(name="outside", unit="1", value=0.0, lower=0.0, upper=1.0, prior_std=0.5),
     )
     balance: ClassVar[str] = "voltage at the terminals, and its heat"
     equation: ClassVar[str] = (

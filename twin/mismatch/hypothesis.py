@@ -77,7 +77,10 @@ class Hypothesis:
             value = max(stated, p.lower)
             error = (pack.heat_transfer_std_W_m2_K or 0.0) / value
             return (replace(p, value=value, prior_std=min(max(error, STATED), p.prior_std)),)
-        values = [p.value if own is None else getattr(own, p.name) for p in self.parameters]
+        if own is None:
+            values = [CENTRES.get((self.id, p.name), p.value) for p in self.parameters]
+        else:
+            values = [getattr(own, p.name) for p in self.parameters]
         by_tests = pack.standard_errors.get(self.id, {})
         return tuple(
             replace(
@@ -131,12 +134,16 @@ def coordinate_of(p: Parameter, value: float) -> float:
     return (value - p.value) / p.prior_std
 
 
+CENTRES: Mapping[tuple[str, str], float] = {("series_resistance", "outside"): 0.5}
+"""Of priors of effects that a pack does not have, where that is not their number without a word."""
+
 SEVERAL: Mapping[str, tuple[tuple[str, ...], tuple[tuple[float, ...], ...]]] = {
     "weak_cell": (
         ("capacity_factor", "soc_offset", "resistance_ohm"),
         ((0.95, 0.0, 0.001), (1.0, -0.05, 0.001), (1.0, 0.0, 0.01)),
     ),
     "reaction_kinetics": (("negative_factor", "positive_factor"), ((1.0, 1.0),)),
+    "series_resistance": (("resistance_ohm", "outside"), ((0.0, 0.5),)),
     "clock_shift": (("shift_s",), tuple((0.25 * k,) for k in range(-12, 13))),
 }
 """Fitted numbers and starts of effects for which they are not just all, from the prior's centre.
