@@ -13,6 +13,7 @@ from twin.mismatch.finding import Course, Errors, Finding, Span, Verdict
 from twin.mismatch.fit import Data, Fitted
 from twin.mismatch.flight import Flight, FloatArray
 from twin.mismatch.hypothesis import HYPOTHESES, Hypothesis
+from twin.mismatch.left import never_full
 from twin.mismatch.locate import Answer, drivers, shared, spans, terms
 from twin.mismatch.noise import Whitener
 from twin.mismatch.parts import parts
@@ -164,7 +165,7 @@ def _answers(null: Fitted) -> tuple[list[Judged], list[Judged]]:
 
 def _residual_V(flight: Flight) -> FloatArray:
     """(n,) recorded minus simulated by the twin as configured; NaN where there is none."""
-    simulated_V = simulate(flight.pack, flight.load).voltage_V
+    simulated_V = simulate(never_full(flight.pack), flight.load).voltage_V
     out = np.full(flight.time_s.size, np.nan)
     out[: simulated_V.size] = flight.voltage_V[: simulated_V.size] - simulated_V
     return out

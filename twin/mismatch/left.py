@@ -20,6 +20,12 @@ def beyond_cut_offs(pack: Pack) -> Pack:
     return replace(pack, cell=wide)
 
 
+def never_full(pack: Pack) -> Pack:
+    """A full pack goes on where the noise of an idle current charges it."""
+    cell = pack.cell
+    return replace(pack, cell=replace(cell, upper_cut_off_V=cell.upper_cut_off_V + BEYOND_V))
+
+
 def left_V(flight: Flight, pack: Pack, solution: Solution | None) -> FloatArray:
     """(n,) recorded minus simulated; from where the twin has ended, as if it stood at its cut-off.
 

@@ -8,6 +8,7 @@ import numpy as np
 
 from twin.mismatch.fit import Data, Fitted
 from twin.mismatch.flight import BoolArray, Flight, FloatArray, MismatchError
+from twin.mismatch.left import never_full
 from twin.mismatch.noise import Noise, Whitener, whitener
 from twin.mismatch.problem import Problem
 from twin.mismatch.unseen import unseen
@@ -91,9 +92,9 @@ def check(flight: Flight) -> None:
 def noise_of(flight: Flight, slow_V: float | None) -> Noise:
     """What is chance in one recording, by the twin as configured.
 
-    If that ends within the first half, by the voltage alone from there on.
+    If that is empty within the first half, by the voltage alone from there on.
     """
-    simulated_V = simulate(flight.pack, flight.load).voltage_V
+    simulated_V = simulate(never_full(flight.pack), flight.load).voltage_V
     n = simulated_V.size
     residual_V = np.append(flight.voltage_V[:n] - simulated_V, flight.voltage_V[n:])
     before = np.arange(residual_V.size) < n
@@ -186,7 +187,7 @@ def _by_what_is_left(noise: Noise, flight: Flight, residual_V: FloatArray) -> No
         noise,
         white_V=min(white_V, hypot(current_V, noise.white_V)),
         together_s=max(noise.together_s, _together_s(white_V, current_V)),
-        current_V=current_V,
+        current_V=0.0 if noise.heavy_tailed else current_V,
         current_ohm=_answer_ohm(flight, residual_V),
     )
 

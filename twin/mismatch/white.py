@@ -82,8 +82,8 @@ def answer_ohm(simulated_V: FloatArray, current_A: FloatArray) -> float:
     usual = np.abs(drive) <= STEP * np.median(np.abs(drive)) / NORMAL
     for k in range(1, OF_NOISE.size):
         usual = usual & np.roll(usual, k) & np.roll(usual, -k)
-    power = float(drive[usual] @ drive[usual])
-    return float(np.sqrt(answer[usual] @ answer[usual] / power)) if power > 0.0 else 1.0
+    power, answered = (float(x[usual] @ x[usual]) for x in (drive, answer))
+    return float(np.sqrt(answered / power)) if power > 0.0 else 1.0
 
 
 def _means(values: FloatArray, size: int) -> FloatArray:

@@ -53,6 +53,23 @@ def test_a_twin_that_is_empty_at_once_leaves_the_noise_that_is_there() -> None:
     assert noise_of(empty, None).white_V == pytest.approx(noise_of(flight, None).white_V, rel=0.2)
 
 
+def test_a_full_pack_is_not_at_its_end_where_noise_of_an_idle_current_charges_it() -> None:
+    """Its twin was: then the noise was that of the voltage alone, without that of the current."""
+    random, time_s = np.random.default_rng(5), np.arange(0.0, 200.0, 0.1)
+    true = Load(time_s=time_s, current_A=np.where(time_s < 5.0, 0.1, 8.0))
+    recorded_A = true.current_A + random.normal(0.0, 0.5, time_s.size)
+    own_V = simulate(pack(), true).require().voltage_V
+    flight = Flight(
+        name="idle", pack=pack(), load=replace(true, current_A=recorded_A),
+        voltage_V=own_V + random.normal(0.0, 2e-3, time_s.size),
+        judged=np.ones(time_s.size, dtype=bool), motion=np.full(time_s.size, ""),
+    )  # fmt: skip
+    assert simulate(flight.pack, flight.load).time_s.size < 50
+    noise = noise_of(flight, None)
+    assert noise.current_V > 5e-3  # 0.5 A through the twin's 20 mOhm
+    assert noise.white_V == pytest.approx(np.hypot(noise.current_V, 2e-3), rel=0.1)
+
+
 def test_a_recording_of_which_nothing_would_be_held_out_is_refused() -> None:
     flight = flown(seed=1)
     there = (flight.time_s < 15) | (flight.time_s > 105)
