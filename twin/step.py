@@ -356,14 +356,14 @@ class StepModel:
         n = self.negative.layer.size
         drawn_A = area * ca.sum1(self.transfer(self.old_totals())[:n])
         outside_ohm = self.p["outside_ohm"]
-        voltage += outside_ohm * current_A  # at the end of what warms the cell
+        inside = voltage + outside_ohm * current_A  # at the end of what warms the cell
         mean_W = self_heating.mean_released_W(
             (before_A, after_A), (old["enthalpy_V"], enthalpy), (drawn_A, current_A),
-            (old["voltage_V"] + outside_ohm * drawn_A, voltage),
+            (old["voltage_V"] + outside_ohm * drawn_A, inside),
         )  # fmt: skip
         warmer_K = self_heating.rise_K(
             temperature - ambient_K, mean_W, transfer_W_m2_K * self.p["cooling_area_m2"],
             self.p["heat_capacity_J_K"], step_s,
         )  # fmt: skip
-        heat = self_heating.released_W(after_A, enthalpy, current_A, voltage)
+        heat = self_heating.released_W(after_A, enthalpy, current_A, inside)
         return enthalpy, heat, temperature + heating * warmer_K

@@ -91,17 +91,7 @@ def _leaf(folder: Path, cache: Path) -> tuple[Question, Truth]:
     base = _leaf_cell(cells, folder, cache)
     shown = np.ones(cells.time_s.size, dtype=bool)
     floor_V = SERIES * base.error_V
-    pack = replace(
-        base.pack,
-        series=SERIES,
-        parallel=PARALLEL,
-        initial_soc=soc_at_rest(base.pack.cell, float(cells.voltage_V[0]) / SERIES),
-        soc_by_rest=True,
-        effects=(
-            SeriesResistance(resistance_ohm=base.series_resistance_ohm * SERIES / PARALLEL),
-            SelfHeating(heat_transfer_W_m2_K=STILL_AIR_W_m2_K),
-        ),
-    )
+    pack = _of_cells(base.pack, base.series_resistance_ohm, cells)
     return _asked(by_cycler(pack), cells, floor_V, pack.initial_K, shown), _truth(
         pack,
         cells,
@@ -136,14 +126,7 @@ def _part_of_leaf(weak: tuple[str, ...], folder: Path, cache: Path) -> tuple[Que
     own_V2 = max(missed(there, unseen) ** 2 - alike_V**2, 0.0)
     floor_V = float(np.hypot(series * alike_V, np.sqrt(series * own_V2)))
     own_ohm = sum(e.resistance_ohm for e in pair.effects if isinstance(e, SeriesResistance))
-    pack = replace(
-        pair,
-        series=series,
-        parallel=PARALLEL,
-        initial_soc=soc_at_rest(pair.cell, float(cells.voltage_V[0]) / series),
-        soc_by_rest=True,
-        effects=(SeriesResistance(resistance_ohm=own_ohm * series / PARALLEL), heating),
-    )
+    pack = _of_cells(pair, own_ohm, cells)
     shown = np.ones(cells.time_s.size, dtype=bool)
     return _asked(by_cycler(pack), cells, floor_V, pack.initial_K, shown), _truth(
         pack,
@@ -154,6 +137,22 @@ def _part_of_leaf(weak: tuple[str, ...], folder: Path, cache: Path) -> tuple[Que
         verdicts=("named",) if weak else ("none", "unknown", "ambiguous"),
         effects=(("weak_cell",),) if weak else (),
         also=LOSSES if weak else (),
+    )
+
+
+def _of_cells(single: Pack, ohm: float, cells: Cells) -> Pack:
+    """Pairs of a cell with so much in series, from rest as they were, in still air."""
+    series = cells.cell_voltage_V.shape[1]
+    return replace(
+        single,
+        series=series,
+        parallel=PARALLEL,
+        initial_soc=soc_at_rest(single.cell, float(cells.voltage_V[0]) / series),
+        soc_by_rest=True,
+        effects=(
+            SeriesResistance(resistance_ohm=ohm * series / PARALLEL),
+            SelfHeating(heat_transfer_W_m2_K=STILL_AIR_W_m2_K),
+        ),
     )
 
 

@@ -15,9 +15,6 @@ import numpy.typing as npt
 from twin.bumps import Bumped
 from twin.calibrate.cell_map import FILLERS, CellMap, Infeasible, Mapped, start_names
 from twin.calibrate.parameters import (
-    FILLER_EDGE,
-    FILLER_LEAST,
-    FILLER_STD,
     MOUNT,
     START_V,
     WARMING,
@@ -34,7 +31,7 @@ from twin.calibrate.reference import ReferenceTest
 from twin.calibrate.refine import FINE_MESH
 from twin.calibrate.resample import Sampled
 from twin.calibrate.simulated import BEYOND_V, Simulated, Simulator
-from twin.calibrate.single_cell import filler_shares, labelled_C, single_cell
+from twin.calibrate.single_cell import below_prior, filler_shares, labelled_C, single_cell
 from twin.cell import Cell, Function
 from twin.effects import SelfHeating
 from twin.pack import Pack
@@ -93,7 +90,6 @@ class Problem:
         self._simulator = Simulator(self.pack)
         self._last: tuple[bytes, FloatArray] = b"", np.zeros(0)
         self._filler_means = filler_shares(self.pack)
-        self._filler_least = np.minimum(FILLER_LEAST, self._filler_means)
 
     @property
     def parameters(self) -> tuple[Parameter, ...]:
@@ -353,15 +349,8 @@ class Problem:
         return self._map(np.append(self._values_of_cell(q), start_V))[0]
 
     def missed_fillers(self, derived: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """(2,) by how many deviations of their prior the fillers lie below its mean, and the slope.
-
-        Many more below FILLER_LEAST, or below the mean where that is less: no electrode holds more
-        than its volume, and a cell that is told without filler may have none.
-        """
-        fillers = derived[FILLERS]
-        missed = (self._filler_means - fillers) / FILLER_STD
-        missed += np.maximum(self._filler_least - fillers, 0.0) / FILLER_EDGE
-        return missed, -1.0 / FILLER_STD - (fillers < self._filler_least) / FILLER_EDGE
+        """As `below_prior` has those of `derived`."""
+        return below_prior(derived[FILLERS], self._filler_means)
 
     def chain(self, q: FloatArray, by_values: FloatArray, test: int) -> FloatArray:
         """(rows, k) by coordinates, from (rows, values) by the values of one test."""

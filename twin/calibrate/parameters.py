@@ -85,8 +85,6 @@ class Parameter:
         return self.coordinate(self.lower), self.coordinate(self.upper)
 
 
-FILLER_LEAST, FILLER_EDGE = 0.01, 0.0001  # no less, if the start has it, but for so much
-FILLER_STD = 0.03  # of the prior of the fillers, about those of the cell to start from
 EMPTY_ENDS = ("negative.stoichiometry_min", "positive.stoichiometry_max")
 HALF_FULL = 0.5  # sqrt(x (1 - x)) at x = 1/2, where the exchange current is quoted
 BUMP_V, BUMP_MOST_V = 0.01, 0.05  # height of a bump on a potential: standard deviation, most

@@ -11,6 +11,9 @@ from twin.windows import SIDES
 
 FloatArray = npt.NDArray[np.float64]
 
+FILLER_LEAST, FILLER_EDGE = 0.01, 0.0001  # no less, if the start has it, but for so much
+FILLER_STD = 0.03  # of the prior of the fillers, about those of the cell to start from
+
 
 def labelled_C(pack: Pack) -> float:
     """Capacity of one cell of `pack` as it is labelled."""
@@ -43,3 +46,14 @@ def filler_shares(pack: Pack) -> FloatArray:
     solid = (p[f"{s}.specific_area_m2_m3"] * p[f"{s}.particle_radius_m"] / 3 for s in SIDES)
     pores = (p[f"{s}.porosity"] for s in SIDES)
     return np.array([1 - a - b for a, b in zip(solid, pores, strict=True)])
+
+
+def below_prior(fillers: FloatArray, means: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """(2,) by how many deviations of their prior the fillers lie below its means, and the slope.
+
+    Many more below FILLER_LEAST, or below the mean where that is less: no electrode holds more than
+    its volume, and a cell that is told without filler may have none.
+    """
+    least = np.minimum(FILLER_LEAST, means)
+    missed = (means - fillers) / FILLER_STD + np.maximum(least - fillers, 0.0) / FILLER_EDGE
+    return missed, -1.0 / FILLER_STD - (fillers < least) / FILLER_EDGE

@@ -42,7 +42,7 @@ BLOCKS = 7
 """Of a single recording, every second one held out. An odd number: what shows as a battery empties,
 as a weak cell does, is in the last block alone, and no fit knows of it where that is held out."""
 GAP_S = 5.0  # between blocks, longer than what is remembered in the fast part of a residual
-FEW = 0.05  # of the samples
+FEW_BEYOND = 0.05  # of the samples
 SHARPER = 0.9  # of the noise that was thought, or its inverse
 LEAST_SAMPLES = 50
 LEAST_OF_A_PART = 5  # of a single recording: what is fitted of it, and what is held out
@@ -153,7 +153,7 @@ def sharpened(data: Data, best: Fitted, *, cliffs: bool = True) -> Data | None:
     ) -> tuple[tuple[Flight, Whitener], ...]:
         if not cliffs:
             beyond = [problem.beyond(q, k) for k in range(len(own))]
-            own = tuple((_before(b, f), w) for b, (f, w) in zip(beyond, own, strict=True))
+            own = tuple((_without(b, f), w) for b, (f, w) in zip(beyond, own, strict=True))
         noises = [
             _by_what_is_left(w.noise, flight, problem.residual_V(q, k))
             for k, (flight, w) in enumerate(own)
@@ -173,12 +173,13 @@ def counted(data: Data) -> int:
     return sum(int(f.judged.sum()) for f, _ in (*data.fitted, *data.held_out))
 
 
-def _before(beyond: BoolArray, flight: Flight) -> Flight:
-    few = np.count_nonzero(flight.judged & beyond) <= FEW * np.count_nonzero(flight.judged)
+def _without(beyond: BoolArray, flight: Flight) -> Flight:
+    few = np.count_nonzero(flight.judged & beyond) <= FEW_BEYOND * np.count_nonzero(flight.judged)
     return replace(flight, judged=flight.judged & ~beyond) if few else flight
 
 
 def _by_what_is_left(noise: Noise, flight: Flight, residual_V: FloatArray) -> Noise:
+    """Beside a stated error, which is larger, that of the current counts alike for every twin."""
     known = _white_V(flight, residual_V)
     if known is None:
         return noise
@@ -194,9 +195,8 @@ def _by_what_is_left(noise: Noise, flight: Flight, residual_V: FloatArray) -> No
 
 def _answer_ohm(flight: Flight, residual_V: FloatArray) -> float:
     """By the samples that count."""
-    counted = flight.judged
-    simulated_V = flight.voltage_V - residual_V
-    return answer_ohm(simulated_V[counted], flight.load.current_A[counted])
+    at, simulated_V = flight.judged, flight.voltage_V - residual_V
+    return answer_ohm(simulated_V[at], flight.load.current_A[at])
 
 
 def _together_s(white_V: float, current_V: float) -> float:
