@@ -10,12 +10,15 @@ import numpy as np
 from proof.simulated.configured import END_SOC, Configured
 from proof.simulated.effects import FOREIGN, LIBRARY, PAIRS
 from proof.simulated.flights import PLANS
+from proof.simulated.record import USUAL, Instruments
 from proof.trial import Trial
 
 SHARES = {"control": 1 / 6, "foreign": 1 / 10, "pair": 1 / 10}  # the others have one effect
 BARELY = 0.15  # of single effects: between once and three times the noise
 STRENGTHS = (1.0, 3.5, 12.0)  # times the noise: borders of what is barely there and what is not
 NOISE_V = (4e-3, 12e-3)  # of the pack's voltage
+NOISY, NOISY_A = 1 / 3, (0.2, 0.8)  # how often a current sensor has more noise than most; how much
+EVERY = (1, 1, 2, 5)  # of so many samples at 10 Hz one is recorded
 PACKS = ("lipo", "lipo", "lipo", "lipo", "lipo", "lipo", "lg_m50", "heated")
 SERIES = (3, 4, 6)
 START_SOC, START_C = (0.90, 0.99), (12.0, 35.0)
@@ -35,7 +38,7 @@ class Drawn:
         told: the twin as configured.
         plan: of its flights.
         flights: seeds of them; the last is held out.
-        noise_V: rms, of the pack's voltage.
+        instruments: what records them.
         seed: of the noise.
     """
 
@@ -46,7 +49,7 @@ class Drawn:
     told: Configured
     plan: str
     flights: tuple[int, ...]
-    noise_V: float
+    instruments: Instruments
     seed: int
 
     @property
@@ -123,7 +126,7 @@ def _one(rng: np.random.Generator, kind: str, effects: tuple[str, ...]) -> Drawn
         told=_told(rng, effects),
         plan=_plan(rng),
         flights=_flights(rng, flights),
-        noise_V=float(rng.uniform(*NOISE_V)),
+        instruments=_instruments(rng),
         seed=int(rng.integers(2**31)),
     )
 
@@ -139,6 +142,14 @@ def _plan(rng: np.random.Generator) -> str:
 def _flights(rng: np.random.Generator, count: int) -> tuple[int, ...]:
     """Seeds."""
     return tuple(int(s) for s in rng.integers(2**31, size=count))
+
+
+def _instruments(rng: np.random.Generator) -> Instruments:
+    low, high = NOISY_A
+    noise_A = low * (high / low) ** rng.random() if rng.random() < NOISY else USUAL.noise_A
+    return Instruments(
+        noise_V=rng.uniform(*NOISE_V), noise_A=float(noise_A), every=int(rng.choice(EVERY))
+    )
 
 
 def _told(rng: np.random.Generator, effects: Sequence[str]) -> Configured:

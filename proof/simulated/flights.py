@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 import numpy.typing as npt
+from scipy.ndimage import gaussian_filter1d
 
 from sample_logs.airframe import S500
 from sample_logs.plan import Leg, hover, random_plan
@@ -15,6 +16,7 @@ from segment.segment import Motion
 FloatArray = npt.NDArray[np.float64]
 
 PERIOD_S = 0.1
+CALM_S = 4.0  # of a flight in calm air: gusts and ripple are averaged over about so long
 IDLE_S = 20.0  # on the ground before a mixed flight
 HOP_S = 20.0
 
@@ -95,6 +97,7 @@ PLANS: Mapping[str, Callable[[np.random.Generator], tuple[Leg, ...]]] = {
     "vertical": _vertical,
     "mixed": _mixed,
     "cruise": _cruise,
+    "calm": _hovering,
 }
 
 
@@ -117,6 +120,8 @@ def true_flight(plan: str, seed: int, *, full_C: float, drawn: tuple[float, floa
         motion = np.concatenate([np.full(idle, motion[0]), motion])
         time_s = PERIOD_S * np.arange(current_A.size, dtype=float)
     unscaled_C = float(np.trapezoid(current_A, time_s))
+    if plan == "calm":
+        current_A = gaussian_filter1d(current_A, CALM_S / PERIOD_S, mode="nearest")
     current_A = current_A * rng.uniform(*drawn) * full_C / unscaled_C
     if plan == "hop":
         first = int(np.argmax(motion != Motion.GROUND.value)) - round(5.0 / PERIOD_S)

@@ -1,6 +1,7 @@
 """A drawn trial made: sizes found, flights flown, recordings with noise."""
 
 from collections.abc import Iterator, Sequence
+from math import hypot
 from pathlib import Path
 
 import numpy as np
@@ -16,7 +17,7 @@ from proof.simulated.numbers import true_value
 from proof.simulated.pack_truth import PackTruth
 from proof.simulated.record import Concealed, Recording, record
 from proof.simulated.solves import OutOfReachError, Solves
-from proof.simulated.strength import missed_V, size_for
+from proof.simulated.strength import answer_V, missed_V, size_for
 from proof.trial import NoTrial
 from proof.truth import Channel, Number, Truth
 
@@ -45,7 +46,9 @@ def make(drawn: Drawn, folder: Path) -> tuple[Question, Truth]:
 
 def _made(drawn: Drawn, flights: Sequence[TrueFlight], solves: Solves) -> tuple[Question, Truth]:
     told, pack = drawn.told, PackTruth.of(drawn.told)
-    target_V = drawn.multiple * drawn.noise_V
+    by = drawn.instruments
+    floor_V = hypot(by.noise_V, answer_V(told, flights[0], by))
+    target_V = drawn.multiple * floor_V
     sizes = [
         size_for(ALL[e], flavour, told, flights[0], target_V, solves, close=CLOSE)
         for e, flavour in zip(drawn.effects, drawn.flavours, strict=True)
@@ -55,7 +58,7 @@ def _made(drawn: Drawn, flights: Sequence[TrueFlight], solves: Solves) -> tuple[
         pack = ALL[e].make(pack, size, flavour)
     flown = [fly(pack, flight, solves) for flight in flights]
     pieces = [
-        record(f, "plain", np.random.default_rng([drawn.seed, k]), noise_V=drawn.noise_V)
+        record(f, "plain", np.random.default_rng([drawn.seed, k]), drawn.instruments)
         for k, f in enumerate(flown)
     ]
     names = [*(f"flight-{k + 1}" for k in range(len(flown) - 1)), "held-out"]
@@ -70,14 +73,15 @@ def _made(drawn: Drawn, flights: Sequence[TrueFlight], solves: Solves) -> tuple[
         or "nothing but noise",
         verdicts=VERDICTS[drawn.kind],
         effects=tuple((e,) for e in drawn.effects if drawn.kind != "foreign"),
-        strength=_missed_V(told, flown[:-1]) / drawn.noise_V,
-        floor_V=drawn.noise_V,
+        strength=_missed_V(told, flown[:-1]) / floor_V,
+        floor_V=floor_V,
         numbers=tuple(_numbers(told, ways)),
         channels=tuple(_channels(drawn, names, [c for _, c in pieces], asked)),
         details={
             "plan": drawn.plan, "cell": told.cell, "series": told.series,
             "heated": told.heat_transfer_W_m2_K or 0.0,
-            "start": told.start_soc, "start_K": told.start_K,
+            "start": told.start_soc, "start_K": told.start_K, "noise_V": by.noise_V,
+            "noise_A": by.noise_A, "every": by.every,
         },
     )  # fmt: skip
     return question, truth

@@ -7,15 +7,32 @@ import numpy as np
 import numpy.typing as npt
 
 from proof.simulated.flown import Flown
-from proof.simulated.strength import NOISE_V
 
 FloatArray = npt.NDArray[np.float64]
 BoolArray = npt.NDArray[np.bool_]
 
-NOISE_A = 0.08
+NOISE_V = 0.008  # rms, of the pack's voltage
 STEPS_V = (0.010, 0.025)  # least and most of a quantised voltage
 GAPS = 3
 GAP_S = (4.0, 15.0)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Instruments:
+    """What records a flight.
+
+    Attributes:
+        noise_V: rms, of the pack's voltage.
+        noise_A: rms, of its current.
+        every: one of so many samples at 10 Hz is recorded.
+    """
+
+    noise_V: float = NOISE_V
+    noise_A: float = 0.08
+    every: int = 1
+
+
+USUAL = Instruments()
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -81,14 +98,14 @@ cuts the current off at three quarters of its highest."""
 
 
 def record(
-    flown: Flown, variant: str, rng: np.random.Generator, *, noise_V: float = NOISE_V
+    flown: Flown, variant: str, rng: np.random.Generator, instruments: Instruments = USUAL
 ) -> tuple[Recording, Concealed]:
     """With noise; every random number from `rng`."""
     seen = flown.recorded
     n = seen.time_s.size
-    voltage_V = seen.voltage_V + noise_V * rng.standard_normal(n)
-    current_A = seen.current_A + NOISE_A * rng.standard_normal(n)
-    kept = KEPT[variant](seen.time_s, rng)
+    voltage_V = seen.voltage_V + instruments.noise_V * rng.standard_normal(n)
+    current_A = seen.current_A + instruments.noise_A * rng.standard_normal(n)
+    kept = KEPT[variant](seen.time_s, rng) & (np.arange(n) % instruments.every == 0)
     if variant == "quantised":
         step_V = rng.uniform(*STEPS_V)
         voltage_V = np.round(voltage_V / step_V) * step_V

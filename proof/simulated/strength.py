@@ -10,9 +10,9 @@ from proof.simulated.effects import Effect
 from proof.simulated.flights import TrueFlight
 from proof.simulated.flown import Flown, fly
 from proof.simulated.pack_truth import PackTruth
+from proof.simulated.record import NOISE_V, Instruments
 from proof.simulated.solves import OutOfReachError, Solves
 
-NOISE_V = 0.008  # rms, of the pack's voltage
 STRENGTHS: Mapping[str, float] = {"barely": NOISE_V, "3x": 3 * NOISE_V, "10x": 10 * NOISE_V}
 CLOSE = 0.1  # in the logarithm of the difference
 TRIALS = 8
@@ -25,6 +25,15 @@ def missed_V(told: Configured, flown: Flown) -> float:
     return float(
         np.sqrt(np.mean((seen.voltage_V - told.voltage_V(seen.time_s, seen.current_A)) ** 2))
     )
+
+
+def answer_V(told: Configured, flight: TrueFlight, by: Instruments) -> float:
+    """Rms of what the twin answers otherwise to a current as it was recorded than as it flowed."""
+    time_s, true_A = flight.time_s, flight.current_A
+    noise_A = by.noise_A * np.random.default_rng(flight.seed).standard_normal(time_s.size)
+    kept = slice(None, None, by.every)
+    recorded_V = told.voltage_V(time_s[kept], (true_A + noise_A)[kept])
+    return float(np.sqrt(np.nanmean((recorded_V - told.voltage_V(time_s, true_A)[kept]) ** 2)))
 
 
 def size_for(  # noqa: PLR0913

@@ -15,8 +15,9 @@ from proof.simulated.faults import FAULTS, Traces  # noqa: E402
 from proof.simulated.flights import TrueFlight, true_flight  # noqa: E402
 from proof.simulated.flown import fly  # noqa: E402
 from proof.simulated.pack_truth import PackTruth  # noqa: E402
+from proof.simulated.record import NOISE_V  # noqa: E402
 from proof.simulated.solves import OutOfReachError, Solves  # noqa: E402
-from proof.simulated.strength import NOISE_V, STRENGTHS, found  # noqa: E402
+from proof.simulated.strength import STRENGTHS, found  # noqa: E402
 from tests.mismatch_cases.case import Case, load_question  # noqa: E402
 from tests.mismatch_cases.catalogue import LIPO, PLANS, Spec, specs  # noqa: E402
 from tests.mismatch_cases.make import make_case  # noqa: E402

@@ -26,6 +26,7 @@ FloatArray = npt.NDArray[np.float64]
 MOST_STEPS = 25
 MOST_FOLLOWED = 3  # of the starts, those that miss least
 SMALL_GAIN = 1e-3  # of the cost, expected of the last step: what is left after it is far less
+LITTLE = 2.0  # squares
 NOTHING: Mapping[str, Mapping[str, float]] = MappingProxyType({})
 
 
@@ -70,6 +71,8 @@ class Fitted:
         q: (k,) coordinates in `problem`.
         there: residuals and slopes of the fitted recordings at q.
         ahead: of the held-out ones, where starts are as configured.
+        kept: share of what the linearised twin says that the held-out ones would gain by numbers
+            of their own, within the errors of these, which they do gain.
     """
 
     problem: Problem
@@ -77,6 +80,7 @@ class Fitted:
     q: FloatArray
     there: Evidence
     ahead: Evidence
+    kept: float = 1.0
 
     @property
     def ids(self) -> tuple[str, ...]:
@@ -137,15 +141,35 @@ class Fitted:
 
     def _log_ahead(self, scale: float) -> float:
         """Of what was held out, by the posterior of the numbers; its own starts by their prior."""
+        before, after, pulled = self._pulled(scale)
+        r, j = self.ahead.residuals, self.ahead.slopes
+        size = (float(r @ r) + self.kept * float(r @ j @ pulled)) / scale
+        dets = [float(np.linalg.slogdet(m)[1]) for m in (after, before)]
+        return -0.5 * (size + dets[0] - dets[1])
+
+    def _pulled(self, scale: float) -> tuple[FloatArray, FloatArray, FloatArray]:
+        """Information on the numbers before what was held out and after, and where that pulls."""
         shared = self._shared
         r, j = self.ahead.residuals, self.ahead.slopes
         before = np.eye(j.shape[1])
         before[:shared, :shared] = np.linalg.inv(self.covariance(scale)[:shared, :shared])
         after = before + j.T @ j / scale
-        toward = j.T @ r / scale
-        size = float(r @ r) / scale - float(toward @ np.linalg.solve(after, toward))
-        dets = [float(np.linalg.slogdet(m)[1]) for m in (after, before)]
-        return -0.5 * (size + dets[0] - dets[1])
+        return before, after, np.asarray(-np.linalg.solve(after, j.T @ r / scale))
+
+    def verified(self) -> "Fitted":
+        """With `kept`, where much is promised: beyond a bound or a bend there is nothing to gain.
+
+        A clock that is right is at such a bend: between samples a shift makes more of the noise of
+        a current, be it early or late.
+        """
+        before, _, pulled = self._pulled(1.0)
+        r = self.ahead.residuals
+        promised = -float(r @ self.ahead.slopes @ pulled)
+        if promised < LITTLE:
+            return self
+        there = np.concatenate(self.judge.whitened([self.ahead_q + pulled])[0])
+        gained = float(r @ r - there @ there - pulled @ before @ pulled)
+        return replace(self, kept=min(max(gained / promised, 0.0), 1.0))
 
     def covariance(self, scale: float) -> FloatArray:
         """(k, k) of the coordinates, by the fitted recordings."""
@@ -214,7 +238,7 @@ def _descended(problem: Problem, judge: Problem, starts: Sequence[FloatArray]) -
         q=best_q,
         there=problem.evidence(best_q),
         ahead=judge.evidence(_carried(best_q, problem, judge)),
-    )
+    ).verified()
 
 
 def excess_of(residuals: FloatArray) -> float:

@@ -39,7 +39,7 @@ class Noise:
         heavy_tailed: the twin errs by far more in a few samples than in all others, see `tamed`.
         together_s: samples over so long are taken as one, their mean; 0: each by itself.
         current_V: of `white_V`, what the noise of the recorded current makes of a twin
-        current_ohm: that answers to it by so much (`white.answer_ohm`).
+        current_ohm: that answers to it by so much (`answer_ohm`).
     """
 
     white_V: float
@@ -118,6 +118,10 @@ class Whitener:
         """(m,) of each mean the first."""
         return self.at[self.first]
 
+    def means(self, values: FloatArray) -> FloatArray:
+        """(m, ...) of values (n, ...)."""
+        return means_from(values[self.at], self.first)
+
     def __call__(self, columns: FloatArray) -> FloatArray:
         """(m, 1 + k) whitened, of residuals and k derivatives (n, 1 + k): the judged samples.
 
@@ -125,7 +129,7 @@ class Whitener:
         """
         if not self.at.size:
             return columns[self.at]
-        x = means_from(columns[self.at], self.first)
+        x = self.means(columns)
         below = self.bands.shape[0] - 1
         given = np.zeros((below * x.shape[0], x.shape[1]))
         given[below - 1 :: below] = x
@@ -151,7 +155,7 @@ def whitener(
         between: what flowed between them.
     """
     at = np.flatnonzero(judged)
-    first = _taken_together(time_s[at], noise.together_s)
+    first = taken_together(time_s[at], noise.together_s)
     t, size = time_s[at][first], first.size
     drive = np.zeros(size) if current_A is None else means_from(current_A[at], first)
     drive = drive * sqrt(size) / max(float(np.linalg.norm(drive)), np.finfo(float).tiny)
@@ -198,7 +202,7 @@ def _wanders(drive: FloatArray, dt: FloatArray, memory_s: float, size: float) ->
     return _State(drive, size**2, keep, size**2 * (1.0 - keep**2))
 
 
-def _taken_together(time_s: FloatArray, together_s: float) -> npt.NDArray[np.int64]:
+def taken_together(time_s: FloatArray, together_s: float) -> npt.NDArray[np.int64]:
     """(m,) first of the samples that are taken together; each by itself where they are few."""
     if time_s.size < 2 or 2 * float(np.median(np.diff(time_s))) > together_s:
         return np.arange(time_s.size)

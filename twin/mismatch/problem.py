@@ -14,13 +14,13 @@ import numpy.typing as npt
 
 from twin.kernel import Backend
 from twin.lanes import LANES
+from twin.mismatch.answer import answer_ohm
 from twin.mismatch.bagged import stretches
 from twin.mismatch.channels import Whitening, channels
 from twin.mismatch.flight import Flight
 from twin.mismatch.hypothesis import Hypothesis, coordinate_of, value_of
 from twin.mismatch.left import beyond_cut_offs, left_V
 from twin.mismatch.noise import Whitener
-from twin.mismatch.white import answer_ohm
 from twin.pack import Pack
 from twin.simulate import DEFAULT_MESH, Run, run_all, solution_of
 from twin.solution import Solution, Status
@@ -237,20 +237,22 @@ class Problem:
         """(m,) of each recording, at each of the coordinates."""
         done = iter(self._residuals(self._each(points)))
         return [
-            [_white(own, self._weighed(next(done), k)) for k, own in enumerate(self._whiten)]
-            for _ in points
+            [_white(own, self._weighed(next(done), q, k)) for k, own in enumerate(self._whiten)]
+            for q in points
         ]
 
-    def _weighed(self, residuals: list[FloatArray], flight: int) -> list[FloatArray]:
+    def _weighed(self, residuals: list[FloatArray], q: FloatArray, flight: int) -> list[FloatArray]:
         """As they count by this twin's answer to the noise of the current, see `Noise.counts`."""
-        own, at, noise = self.flights[flight], self.judged(flight), self._whiteners[flight].noise
-        if noise.current_V == 0.0:
+        own, whiten = self.flights[flight], self._whiteners[flight]
+        if whiten.noise.current_V == 0.0:
             return residuals
-        simulated_V, current_A = own.voltage_V - residuals[0], own.load.current_A
-        return [
-            noise.counts(answer_ohm(simulated_V[at], current_A[at])) * residuals[0],
-            *residuals[1:],
-        ]
+        try:
+            pack = self.pack(q, flight)
+        except ValueError:
+            return residuals
+        simulated_V = own.voltage_V - residuals[0]
+        counts = whiten.noise.counts(answer_ohm(pack, own.load, simulated_V, whiten.means))
+        return [counts * residuals[0], *residuals[1:]]
 
     def _each(self, points: Sequence[FloatArray]) -> list[tuple[FloatArray, int]]:
         return [(q, flight) for q in points for flight in range(len(self.flights))]
@@ -271,7 +273,8 @@ class Problem:
         done, here_V, rows, slopes = iter(self._residuals(asked)), [], [], []
         for flight, points in enumerate(moved):
             raw = [next(done) for _ in (q, *points)]
-            here, *there = (self._weighed(r, flight) for r in raw)
+            both = zip(raw, (q, *points), strict=True)
+            here, *there = (self._weighed(r, at, flight) for r, at in both)
             own = list(self._columns(flight))
             steps = np.array([at[c] - q[c] for at, c in zip(points, own, strict=True)])
             here_V.append(raw[0][0])

@@ -6,13 +6,14 @@ from math import hypot, sqrt
 
 import numpy as np
 
+from twin.mismatch.answer import answer_ohm
 from twin.mismatch.fit import Data, Fitted
 from twin.mismatch.flight import BoolArray, Flight, FloatArray, MismatchError
 from twin.mismatch.left import never_full
-from twin.mismatch.noise import Noise, Whitener, whitener
+from twin.mismatch.noise import Noise, Whitener, means_from, taken_together, whitener
 from twin.mismatch.problem import Problem
 from twin.mismatch.unseen import unseen
-from twin.mismatch.white import LEAST_V, answer_ohm, of_current_V, step_V, white_V
+from twin.mismatch.white import LEAST_V, of_current_V, step_V, white_V
 from twin.pack import Pack
 from twin.simulate import simulate
 
@@ -102,6 +103,7 @@ def noise_of(flight: Flight, slow_V: float | None) -> Noise:
     longer = before if np.count_nonzero(flight.judged[:n]) >= half else ~before
     told = replace(flight, judged=flight.judged & longer)
     white, current = _white_V(told, residual_V) or (LEAST_V, 0.0)
+    together_s = _together_s(white, current)
     if slow_V is None:
         slow_V, along_V = SLOW_V * flight.pack.series, ALONG_V * flight.pack.series
         return Noise(
@@ -110,9 +112,9 @@ def noise_of(flight: Flight, slow_V: float | None) -> Noise:
             slow_s=SLOW_S,
             along_V=along_V,
             along_s=ALL_ALONG_S,
-            together_s=_together_s(white, current),
+            together_s=together_s,
             current_V=current,
-            current_ohm=_answer_ohm(told, residual_V),
+            current_ohm=_answer_ohm(told, told.pack, residual_V, together_s),
         )
     return Noise(
         white_V=white,
@@ -155,7 +157,7 @@ def sharpened(data: Data, best: Fitted, *, cliffs: bool = True) -> Data | None:
             beyond = [problem.beyond(q, k) for k in range(len(own))]
             own = tuple((_without(b, f), w) for b, (f, w) in zip(beyond, own, strict=True))
         noises = [
-            _by_what_is_left(w.noise, flight, problem.residual_V(q, k))
+            _by_what_is_left(w.noise, flight, problem.pack(q, k), problem.residual_V(q, k))
             for k, (flight, w) in enumerate(own)
         ]
         return tuple(
@@ -178,25 +180,28 @@ def _without(beyond: BoolArray, flight: Flight) -> Flight:
     return replace(flight, judged=flight.judged & ~beyond) if few else flight
 
 
-def _by_what_is_left(noise: Noise, flight: Flight, residual_V: FloatArray) -> Noise:
+def _by_what_is_left(noise: Noise, flight: Flight, pack: Pack, residual_V: FloatArray) -> Noise:
     """Beside a stated error, which is larger, that of the current counts alike for every twin."""
     known = _white_V(flight, residual_V)
     if known is None:
         return noise
     white_V, current_V = known
+    together_s = max(noise.together_s, _together_s(white_V, current_V))
     return replace(
         noise,
         white_V=min(white_V, hypot(current_V, noise.white_V)),
-        together_s=max(noise.together_s, _together_s(white_V, current_V)),
+        together_s=together_s,
         current_V=0.0 if noise.heavy_tailed else current_V,
-        current_ohm=_answer_ohm(flight, residual_V),
+        current_ohm=_answer_ohm(flight, pack, residual_V, together_s),
     )
 
 
-def _answer_ohm(flight: Flight, residual_V: FloatArray) -> float:
-    """By the samples that count."""
-    at, simulated_V = flight.judged, flight.voltage_V - residual_V
-    return answer_ohm(simulated_V[at], flight.load.current_A[at])
+def _answer_ohm(flight: Flight, pack: Pack, residual_V: FloatArray, together_s: float) -> float:
+    """Of `pack`, by the samples that count, as they are compared."""
+    at = flight.judged
+    first = taken_together(flight.time_s[at], together_s)
+    simulated_V = flight.voltage_V - residual_V
+    return answer_ohm(pack, flight.load, simulated_V, lambda x: means_from(x[at], first))
 
 
 def _together_s(white_V: float, current_V: float) -> float:

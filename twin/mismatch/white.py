@@ -72,20 +72,6 @@ def of_current_V(residual_V: FloatArray, simulated_V: FloatArray, current_A: Flo
     return sqrt(followed_V2 / third.size / OF_NOISE[0])
 
 
-def answer_ohm(simulated_V: FloatArray, current_A: FloatArray) -> float:
-    """By how much a twin answers to the noise of a recorded current (n,), beside switches of it.
-
-    Root of the ratio of the powers of third differences: also where it comes late or is smoothed.
-    1 where there is no noise to tell by.
-    """
-    drive, answer = np.diff(current_A, n=3), np.diff(simulated_V, n=3)
-    usual = np.abs(drive) <= STEP * np.median(np.abs(drive)) / NORMAL
-    for k in range(1, OF_NOISE.size):
-        usual = usual & np.roll(usual, k) & np.roll(usual, -k)
-    power, answered = (float(x[usual] @ x[usual]) for x in (drive, answer))
-    return float(np.sqrt(answered / power)) if power > 0.0 else 1.0
-
-
 def _means(values: FloatArray, size: int) -> FloatArray:
     """(n // size,) of so many samples each."""
     whole = values.size // size * size
