@@ -2,6 +2,8 @@
 
 from collections.abc import Callable, Sequence
 from dataclasses import replace
+from itertools import combinations
+from math import hypot
 
 from twin.mismatch.choose import models, scale_of
 from twin.mismatch.decide import Decision, decide
@@ -10,6 +12,8 @@ from twin.mismatch.flight import Flight, MismatchError
 from twin.mismatch.hypothesis import Hypothesis
 from twin.mismatch.split import split
 
+AGREEING = 3.0
+
 
 def contradiction(
     together: Decision, flights: Sequence[Flight], hypotheses: Sequence[Hypothesis], *,
@@ -17,8 +21,9 @@ def contradiction(
 ) -> tuple[Decision, tuple[str, ...]]:  # fmt: skip
     """`together`, or that it is ambiguous, with what each recording says.
 
-    It is if every recording alone is at the noise with one effect at most: then what is unexplained
-    is only that they do not agree.
+    It is if every recording alone is at the noise with one effect at most, and they do not agree:
+    then that is all that is unexplained. What all say alike, and is not so of all together, is what
+    each is too short to tell apart from something else.
     """
     own = {flight.name: flight for flight in flights}
     if together.verdict is not Verdict.UNKNOWN or len(own) == 1:
@@ -34,11 +39,24 @@ def contradiction(
         alone[name] = decide(found, scale, data.noise_V, stated_V=slow_V or 0.0)
         if alone[name].verdict is Verdict.UNKNOWN:
             return together, ()
+    if agree(list(alone.values())):
+        return together, ()
     effects: dict[str, NamedEffect] = {}
     for decision in alone.values():
         effects |= {e.id: e for e in decision.effects}
     remarks = tuple(f"{name} alone: {_words(decision)}" for name, decision in alone.items())
     return replace(together, verdict=Verdict.AMBIGUOUS, effects=tuple(effects.values())), remarks
+
+
+def agree(decisions: Sequence[Decision]) -> bool:
+    """All have the same effects, with numbers within AGREEING of their deviations of each other."""
+    told = [{(e.id, v.name): v for e in d.effects for v in e.parameters} for d in decisions]
+    ids = {tuple(e.id for e in d.effects) for d in decisions}
+    return len(ids) == 1 and all(
+        abs(a[name].value - b[name].value) < AGREEING * hypot(a[name].std, b[name].std)
+        for a, b in combinations(told, 2)
+        for name in a.keys() & b.keys()
+    )
 
 
 def _words(decision: Decision) -> str:

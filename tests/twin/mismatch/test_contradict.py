@@ -1,0 +1,72 @@
+"""Recordings that stay unexplained together, and what each says alone."""
+
+from types import SimpleNamespace
+from typing import Any, cast
+
+import pytest
+
+from tests.twin.mismatch.recordings import flown
+from twin.effects import CurrentGain
+from twin.mismatch import HYPOTHESES, Verdict, contradict, explain
+from twin.mismatch.contradict import agree
+from twin.mismatch.decide import Decision
+from twin.mismatch.finding import Value
+
+GAINS = [h for h in HYPOTHESES if h.id == "current_gain"]
+
+
+def said(effect: str, value: float, std: float = 0.01) -> Any:
+    numbers = (Value(name="shift_s", value=value, std=std, unit="s"),)
+    effects = (SimpleNamespace(id=effect, parameters=numbers),) if effect else ()
+    return SimpleNamespace(effects=effects)
+
+
+@pytest.mark.parametrize(
+    ("decisions", "alike"),
+    [
+        ([said("clock_shift", 0.08), said("clock_shift", 0.10)], True),
+        ([said("clock_shift", 0.08), said("clock_shift", 0.13)], False),
+        ([said("clock_shift", 0.08), said("clock_shift", 0.10), said("clock_shift", 0.13)], False),
+        ([said("clock_shift", 0.08), said("sensor_lag", 0.08)], False),
+        ([said("clock_shift", 0.08), said("", 0.0)], False),
+        ([said("", 0.0), said("", 0.0)], True),
+    ],
+)
+def test_what_agrees(decisions: list[Any], alike: bool) -> None:  # noqa: FBT001
+    assert agree(cast(Any, decisions)) is alike
+
+
+def test_recordings_of_two_sensors_are_ambiguous_and_each_is_told() -> None:
+    """One reads 8 % too little, the other 8 % too much."""
+    finding = explain(
+        [flown([CurrentGain(gain=1.08)], seed=1)], [flown([CurrentGain(gain=0.92)], seed=2)],
+        hypotheses=GAINS,
+    )  # fmt: skip
+    assert finding.verdict is Verdict.AMBIGUOUS
+    assert [r.split(" with ")[0] for r in finding.remarks] == [
+        "flight 1 alone: current_gain", "flight 2 alone: current_gain",
+    ]  # fmt: skip
+
+
+@pytest.mark.parametrize(
+    ("shifts_s", "verdict"), [((0.08, 0.1), Verdict.UNKNOWN), ((0.08, 0.2), Verdict.AMBIGUOUS)]
+)
+def test_what_all_say_alike_and_is_not_so_together_stays_unknown(
+    shifts_s: tuple[float, float], verdict: Verdict, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """As a double layer, which the library lacks, is a clock to each recording alone."""
+    alone = iter(
+        Decision(
+            verdict=Verdict.NAMED, model=cast(Any, None), effects=said("clock_shift", s).effects
+        )
+        for s in shifts_s
+    )
+    monkeypatch.setattr(contradict, "models", lambda *_, **__: ())
+    monkeypatch.setattr(contradict, "scale_of", lambda _: 1.0)
+    monkeypatch.setattr(contradict, "decide", lambda *_, **__: next(alone))
+    together = Decision(verdict=Verdict.UNKNOWN, model=cast(Any, None), effects=())
+    told, remarks = contradict.contradiction(
+        together, [flown(seed=1), flown(seed=2)], (), slow_V=None, progress=lambda _: None
+    )
+    assert told.verdict is verdict
+    assert len(remarks) == (2 if verdict is Verdict.AMBIGUOUS else 0)
