@@ -8,7 +8,7 @@ import numpy as np
 from twin.mismatch.advice import advise
 from twin.mismatch.choose import ALIKE, Model, models, scale_of
 from twin.mismatch.contradict import contradiction
-from twin.mismatch.decide import LIKELY, Decision, candidates, decide, white
+from twin.mismatch.decide import LIKELY, Decision, candidates, decide
 from twin.mismatch.finding import Course, Errors, Finding, Span, Verdict
 from twin.mismatch.fit import Data, Fitted
 from twin.mismatch.flight import Flight, FloatArray
@@ -52,8 +52,7 @@ def explain(  # noqa: PLR0913
     most = {"most_effects": 1, "most_alone": SHORT} if short else {}
     found = models(data, hypotheses, progress=progress, **most)
     told, best = data, found[0].fitted
-    cliffs = slow_V is not None or white(best)
-    if not short and (finer := sharpened(data, best, cliffs=cliffs)):
+    if not short and (finer := sharpened(data, best, cliffs=slow_V is not None)):
         data, found = finer, models(finer, hypotheses, progress=progress)
     scale = scale_of(m.fitted for m in found)
     null = next(m for m in found if not m.ids)
