@@ -37,13 +37,14 @@ def trials(proof: Proof) -> Section | None:
         id="trials",
         title="All trials",
         lead=(
-            "Floor: of a simulated trial the noise put in, of a recorded one the base twin's "
-            "error in tests that it has not seen, or in its own where that is more. Strength: "
-            "by how much what is to be found changes the voltage of the fitted recordings, root "
-            "mean square, over the floor; of age and transport how much the twin as configured "
-            "misses. Before and after: recorded minus simulated, root mean square, on recordings "
-            "that nothing was fitted to, by the twin as configured and with what was named. "
-            "Noise: as the tool estimates it there.",
+            "Floor: of a simulated trial the noise put in, that of the current as the twin "
+            "answers to it; of a recorded one the base twin's error in tests that it has not "
+            "seen, or in its own where that is more. Strength: by how much what is to be found "
+            "changes the voltage of the fitted recordings, root mean square, over the floor; of "
+            "age and transport how much the twin as configured misses. Before and after: "
+            "recorded minus simulated, root mean square, on recordings that nothing was fitted "
+            "to, by the twin as configured and with what was named. Noise: as the tool "
+            "estimates it there.",
         ),
         tables=tables,
     )

@@ -7,8 +7,11 @@ import numpy as np
 import pytest
 
 from proof.simulated.configured import END_SOC
-from proof.simulated.draw import Drawn, draw, trials
+from proof.simulated.draw import NOISY_A, Drawn, draw, trials
 from proof.simulated.effects import ALL, FOREIGN, LIBRARY
+from proof.simulated.flights import true_flight
+from proof.simulated.record import USUAL, Instruments
+from proof.simulated.strength import answer_V
 
 
 def test_the_same_seed_draws_the_same_trials_and_another_others() -> None:
@@ -70,3 +73,31 @@ def test_no_flight_draws_more_than_there_is() -> None:
         assert not ("self_heating" in d.effects and d.told.heat_transfer_W_m2_K)
         assert all(e in ALL for e in d.effects)
         assert isinstance(d, Drawn)
+
+
+def test_a_third_of_the_sensors_are_noisy_and_half_of_the_logs_slower() -> None:
+    drawn = [d.instruments for d in draw(4, 300)]
+    noisy = [d.noise_A for d in drawn if d.noise_A != USUAL.noise_A]
+    assert 0.25 < len(noisy) / 300 < 0.42
+    assert NOISY_A[0] <= min(noisy) < 0.25 < 0.65 < max(noisy) <= NOISY_A[1]
+    assert {d.every for d in drawn} == {1, 2, 5}
+    assert 0.4 < np.mean([d.every == 1 for d in drawn]) < 0.6
+
+
+def test_a_flight_in_calm_air_has_no_gusts() -> None:
+    gusty, calm = (
+        true_flight(plan, 1, full_C=7920.0, drawn=(0.6, 0.7)).current_A
+        for plan in ("hover", "calm")
+    )
+    changes_A = [np.median(np.abs(np.diff(x))) for x in (gusty, calm)]
+    assert changes_A[1] < 0.2 * changes_A[0]
+
+
+def test_the_floor_has_what_the_noise_of_the_current_makes_of_the_twin() -> None:
+    """Some 20 mOhm of three cells, times its amperes."""
+    told = draw(1, 1)[0].told
+    flight = true_flight("calm", 1, full_C=told.full_C, drawn=(0.2, 0.3))
+    one, two = (answer_V(told, flight, Instruments(noise_A=a)) for a in (0.2, 0.4))
+    assert two == pytest.approx(2 * one, rel=0.05)
+    assert 5e-3 < one / 0.2 < 0.1
+    assert answer_V(told, flight, Instruments(noise_A=0.0)) == 0.0
