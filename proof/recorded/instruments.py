@@ -9,6 +9,7 @@ more than ten times the current that empties a cell in an hour. Both are read at
 
 from dataclasses import replace
 
+from twin.effects.likely import SENSOR
 from twin.pack import Pack
 
 OF_SCALE = 1e-3
@@ -23,7 +24,7 @@ def by_cycler(pack: Pack) -> Pack:
         "current_gain": {"gain": OF_SCALE * READ_OF_SCALE},
         "voltage_gain": {"gain": OF_SCALE},
         "current_offset": {"offset_A": OF_SCALE * RANGE_C * pack.rated_C / 3600},
-        "sensor_lag": {"lag_s": TOGETHER_S},
-        "clock_shift": {"shift_s": TOGETHER_S},
+        "sensor_lag": {"lag_s": TOGETHER_S, SENSOR.name: SENSOR.prior_std},
+        "clock_shift": {"shift_s": TOGETHER_S, SENSOR.name: SENSOR.prior_std},
     }
     return replace(pack, standard_errors={**pack.standard_errors, **known})

@@ -176,6 +176,20 @@ def _off(what: str, by: float) -> str:
     return f"{what} reads {_percent(by)} too {_more(by, 'high', 'low')}"
 
 
+def _lag(v: Values) -> str:
+    by = f"{significant(v['lag_s'], 2)} s " if "lag_s" in v else ""
+    return f"the current sensor answers {by}late and smooths the gusts"
+
+
+def _clock(v: Values) -> str:
+    if not (shift_s := v.get("shift_s", 0.0)):
+        return "current and voltage were recorded on clocks that disagree"
+    return (
+        f"the current was recorded {significant(abs(shift_s), 2)} s "
+        f"{_more(shift_s, 'late', 'early')} beside the voltage: their clocks disagree"
+    )
+
+
 CLAUSES: Mapping[str, Callable[[Values], str]] = {
     "self_heating": lambda v: (
         "the pack heats itself and the twin did not know; its surface gives off "
@@ -206,13 +220,8 @@ CLAUSES: Mapping[str, Callable[[Values], str]] = {
         f"the current sensor reads {significant(abs(v['offset_A']), 2)} A too "
         f"{_more(-v['offset_A'], 'high', 'low')}, at any load"
     ),
-    "sensor_lag": lambda v: (
-        f"the current sensor answers {significant(v['lag_s'], 2)} s late and smooths the gusts"
-    ),
-    "clock_shift": lambda v: (
-        f"the current was recorded {significant(abs(v['shift_s']), 2)} s "
-        f"{_more(v['shift_s'], 'late', 'early')} beside the voltage: their clocks disagree"
-    ),
+    "sensor_lag": _lag,
+    "clock_shift": _clock,
     "voltage_gain": lambda v: _off("the voltage sensor", v["gain"] - 1.0),
 }
 

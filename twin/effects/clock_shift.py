@@ -8,7 +8,7 @@ import numpy.typing as npt
 from scipy import sparse
 
 from twin.effects.effect import Parameter
-from twin.effects.likely import likeliest
+from twin.effects.likely import SENSOR, likeliest
 
 FloatArray = npt.NDArray[np.float64]
 
@@ -18,10 +18,12 @@ class ClockShift:
     """The current's clock is late by so much: I(t) = I_rec(t + shift)."""
 
     shift_s: float = 0.0
+    noise_A: float = SENSOR.value
 
     id: ClassVar[str] = "clock_shift"
     parameters: ClassVar[tuple[Parameter, ...]] = (
         Parameter(name="shift_s", unit="s", value=0.0, lower=-3.0, upper=3.0, prior_std=0.3),
+        SENSOR,
     )
     balance: ClassVar[str] = "current"
     equation: ClassVar[str] = r"I(t) = I_\mathrm{rec}(t + \Delta)"
@@ -32,9 +34,9 @@ class ClockShift:
         """(n,) the current in the pack; beyond its ends that of the end.
 
         Straight between its own samples, whose corners lie between those of the recording: the
-        likeliest such current (`likely`), and what that leaves of the recording, shifted. Straight
-        between those of the recording it would be too smooth. Shifted by whole samples, or not at
-        all, it is what was recorded.
+        likeliest such current (`likely`), and what that leaves of the recording, from the nearest
+        of its samples: as much noise, whatever the shift. Straight between those of the recording
+        it would be too smooth. Not shifted at all, it is what was recorded.
         """
 
         def earlier(values: FloatArray) -> FloatArray:
@@ -47,8 +49,9 @@ class ClockShift:
         known = _within(at_s, time_s)
         late = straight_matrix(time_s, at_s)
         seen = sparse.diags_array(known) @ late
-        likely_A = likeliest(seen, one, known * recorded_A, recorded_A, time_s)
-        return np.asarray(likely_A + earlier(recorded_A - late @ likely_A))
+        likely_A = likeliest(seen, one, known * recorded_A, recorded_A, time_s, self.noise_A)
+        nearest = np.searchsorted((time_s[1:] + time_s[:-1]) / 2, time_s + self.shift_s)
+        return np.asarray(likely_A + (recorded_A - late @ likely_A)[nearest])
 
 
 def _within(at_s: FloatArray, time_s: FloatArray) -> FloatArray:

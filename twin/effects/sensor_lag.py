@@ -9,7 +9,7 @@ import numpy.typing as npt
 from scipy import sparse
 
 from twin.effects.effect import Parameter
-from twin.effects.likely import likeliest
+from twin.effects.likely import SENSOR, likeliest
 
 FloatArray = npt.NDArray[np.float64]
 
@@ -21,10 +21,12 @@ class SensorLag:
     """The sensor follows the current with a first-order lag: I = I_rec + tau I_rec'."""
 
     lag_s: float = 0.0
+    noise_A: float = SENSOR.value
 
     id: ClassVar[str] = "sensor_lag"
     parameters: ClassVar[tuple[Parameter, ...]] = (
         Parameter(name="lag_s", unit="s", value=0.0, lower=0.0, upper=3.0, prior_std=0.3),
+        SENSOR,
     )
     balance: ClassVar[str] = "current"
     equation: ClassVar[str] = r"\tau\,\dot I_\mathrm{rec} = I - I_\mathrm{rec}"
@@ -42,7 +44,7 @@ class SensorLag:
         near_A = recorded_A + self.lag_s * (slope_matrix(time_s, 2) @ recorded_A)
         unlagged = one + self.lag_s * slope_matrix(time_s, WIDTH - 1)
         likely_A, same_A = (
-            likeliest(one, of, recorded_A, near_A, time_s) for of in (unlagged, one)
+            likeliest(one, of, recorded_A, near_A, time_s, self.noise_A) for of in (unlagged, one)
         )
         return recorded_A + likely_A - same_A
 

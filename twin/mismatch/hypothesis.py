@@ -15,6 +15,7 @@ from twin.effects import (
     WeakCell,
 )
 from twin.effects.effect import Parameter
+from twin.effects.likely import SENSOR
 from twin.pack import Pack
 
 STATED = log(1.2)
@@ -144,7 +145,10 @@ SEVERAL: Mapping[str, tuple[tuple[str, ...], tuple[tuple[float, ...], ...]]] = {
     ),
     "reaction_kinetics": (("negative_factor", "positive_factor"), ((1.0, 1.0),)),
     "series_resistance": (("resistance_ohm", "outside"), ((0.0, 0.5),)),
-    "clock_shift": (("shift_s",), tuple((0.25 * k,) for k in range(-12, 13))),
+    "clock_shift": (
+        ("shift_s", "noise_A"),
+        tuple((0.25 * k, SENSOR.value) for k in range(-12, 13)),
+    ),
 }
 """Fitted numbers and starts of effects for which they are not just all, from the prior's centre.
 

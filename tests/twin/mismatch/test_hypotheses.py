@@ -214,6 +214,21 @@ def test_a_clock_that_is_off_by_parts_of_a_sample_is_undone(shift_s: float) -> N
     assert left_A < 0.8 * twice_A
 
 
+def test_noise_of_a_sensor_does_not_tell_by_what_part_of_a_sample_a_clock_is_off() -> None:
+    """Half a sample, 0.5 A: taken for 0.1 A, straight lines were undone into 1.5 times the noise."""
+    random, n = np.random.default_rng(0), 3000
+    t, true_A = 0.1 * np.arange(n, dtype=float), gusts(n, random)
+    recorded_A = np.interp(t - 0.35, t, true_A) + random.normal(0.0, 0.5, n)
+    inside = slice(30, -30)
+
+    def left_A(shift_s: float) -> float:
+        undone_A = ClockShift(shift_s=shift_s, noise_A=0.5).flowed_A(t, recorded_A)
+        return float(np.std((undone_A - true_A)[inside]))
+
+    assert left_A(0.35) < 0.55
+    assert left_A(0.35) < min(left_A(0.25), left_A(0.3), left_A(0.4), left_A(0.45))
+
+
 def test_a_clock_that_is_right_leaves_a_recording_as_it_is() -> None:
     """And one that is hardly off leaves it nearly so, at the ends as well."""
     load = gusty()
