@@ -215,7 +215,7 @@ def test_a_clock_that_is_off_by_parts_of_a_sample_is_undone(shift_s: float) -> N
 
 
 def test_noise_of_a_sensor_does_not_tell_by_what_part_of_a_sample_a_clock_is_off() -> None:
-    """Half a sample, 0.5 A: taken for 0.1 A, straight lines were undone into 1.5 times the noise."""
+    """Half a sample, 0.5 A: taken for 0.1 A, undoing straight lines made it more by half."""
     random, n = np.random.default_rng(0), 3000
     t, true_A = 0.1 * np.arange(n, dtype=float), gusts(n, random)
     recorded_A = np.interp(t - 0.35, t, true_A) + random.normal(0.0, 0.5, n)
