@@ -10,7 +10,7 @@ import numpy as np
 from proof.simulated.configured import END_SOC, Configured
 from proof.simulated.effects import FOREIGN, LIBRARY, PAIRS
 from proof.simulated.flights import PLANS
-from proof.simulated.record import USUAL, Instruments
+from proof.simulated.instruments import USUAL, Instruments
 from proof.trial import Trial
 
 SHARES = {"control": 1 / 6, "foreign": 1 / 10, "pair": 1 / 10}  # the others have one effect

@@ -7,32 +7,14 @@ import numpy as np
 import numpy.typing as npt
 
 from proof.simulated.flown import Flown
+from proof.simulated.instruments import USUAL, Instruments
 
 FloatArray = npt.NDArray[np.float64]
 BoolArray = npt.NDArray[np.bool_]
 
-NOISE_V = 0.008  # rms, of the pack's voltage
 STEPS_V = (0.010, 0.025)  # least and most of a quantised voltage
 GAPS = 3
 GAP_S = (4.0, 15.0)
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Instruments:
-    """What records a flight.
-
-    Attributes:
-        noise_V: rms, of the pack's voltage.
-        noise_A: rms, of its current.
-        every: one of so many samples at 10 Hz is recorded.
-    """
-
-    noise_V: float = NOISE_V
-    noise_A: float = 0.08
-    every: int = 1
-
-
-USUAL = Instruments()
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)

@@ -9,8 +9,8 @@ from proof.simulated.configured import Configured
 from proof.simulated.effects import Effect
 from proof.simulated.flights import TrueFlight
 from proof.simulated.flown import Flown, fly
+from proof.simulated.instruments import NOISE_V, Instruments
 from proof.simulated.pack_truth import PackTruth
-from proof.simulated.record import NOISE_V, Instruments
 from proof.simulated.solves import OutOfReachError, Solves
 
 STRENGTHS: Mapping[str, float] = {"barely": NOISE_V, "3x": 3 * NOISE_V, "10x": 10 * NOISE_V}

@@ -18,8 +18,9 @@ import numpy as np
 from proof.simulated.effects import ALL
 from proof.simulated.flights import TrueFlight, true_flight
 from proof.simulated.flown import fly
+from proof.simulated.instruments import NOISE_V
 from proof.simulated.pack_truth import PackTruth
-from proof.simulated.record import NOISE_V, record
+from proof.simulated.record import record
 from proof.simulated.solves import OutOfReachError, Solves
 from proof.simulated.strength import STRENGTHS, missed_V, size_for
 from tests.mismatch_cases.case import Case

@@ -14,8 +14,8 @@ from proof.simulated.effects import ALL, FOREIGN, LIBRARY, PAIRS  # noqa: E402
 from proof.simulated.faults import FAULTS, Traces  # noqa: E402
 from proof.simulated.flights import TrueFlight, true_flight  # noqa: E402
 from proof.simulated.flown import fly  # noqa: E402
+from proof.simulated.instruments import NOISE_V  # noqa: E402
 from proof.simulated.pack_truth import PackTruth  # noqa: E402
-from proof.simulated.record import NOISE_V  # noqa: E402
 from proof.simulated.solves import OutOfReachError, Solves  # noqa: E402
 from proof.simulated.strength import STRENGTHS, found  # noqa: E402
 from tests.mismatch_cases.case import Case, load_question  # noqa: E402

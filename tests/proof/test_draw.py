@@ -10,8 +10,7 @@ from proof.simulated.configured import END_SOC
 from proof.simulated.draw import NOISY_A, Drawn, draw, trials
 from proof.simulated.effects import ALL, FOREIGN, LIBRARY
 from proof.simulated.flights import true_flight
-from proof.simulated.record import USUAL, Instruments
-from proof.simulated.strength import answer_V
+from proof.simulated.instruments import USUAL, Instruments
 
 
 def test_the_same_seed_draws_the_same_trials_and_another_others() -> None:
@@ -95,6 +94,9 @@ def test_a_flight_in_calm_air_has_no_gusts() -> None:
 
 def test_the_floor_has_what_the_noise_of_the_current_makes_of_the_twin() -> None:
     """Some 20 mOhm of three cells, times its amperes."""
+    pytest.importorskip("pybamm", reason="PyBaMM makes the truths")
+    from proof.simulated.strength import answer_V
+
     told = draw(1, 1)[0].told
     flight = true_flight("calm", 1, full_C=told.full_C, drawn=(0.2, 0.3))
     one, two = (answer_V(told, flight, Instruments(noise_A=a)) for a in (0.2, 0.4))
