@@ -4,7 +4,7 @@ A sensor on a vehicle is set up by its pilot and may be off by half; a cycler is
 state 0.1 % of full scale for current and voltage (Neware BTS4000, data sheet), 0.05 % and less for
 the better ones; a full scale is no more than five times what is read, and the range of a channel no
 more than ten times the current that empties a cell in an hour. Both are read at one time, within
-20 ms (the same data sheet).
+20 ms (the same data sheet). Of their noise no more is known than of any sensor's.
 """
 
 from dataclasses import replace

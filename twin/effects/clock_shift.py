@@ -15,7 +15,12 @@ FloatArray = npt.NDArray[np.float64]
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ClockShift:
-    """The current's clock is late by so much: I(t) = I_rec(t + shift)."""
+    """The current's clock is late by so much: I(t) = I_rec(t + shift).
+
+    Attributes:
+        shift_s: positive: late.
+        noise_A: white noise of the sensor, standard deviation (`likely`).
+    """
 
     shift_s: float = 0.0
     noise_A: float = SENSOR.value

@@ -18,7 +18,12 @@ WIDTH = 5  # samples of the polynomial through which a rate of change is read
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class SensorLag:
-    """The sensor follows the current with a first-order lag: I = I_rec + tau I_rec'."""
+    """The sensor follows the current with a first-order lag: I = I_rec + tau I_rec'.
+
+    Attributes:
+        lag_s: tau.
+        noise_A: white noise of the sensor, standard deviation (`likely`).
+    """
 
     lag_s: float = 0.0
     noise_A: float = SENSOR.value

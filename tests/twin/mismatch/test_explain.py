@@ -7,6 +7,7 @@ Its cases by another simulator are in `tests/mismatch_cases`; how it does there 
 import json
 from collections.abc import Sequence
 from dataclasses import replace
+from importlib import import_module
 
 import numpy as np
 import pytest
@@ -34,11 +35,11 @@ from twin.mismatch import (
     explain,
     finding_json,
 )
-from twin.mismatch.fit import Fitted, fit, refit
+from twin.mismatch.fit import Data, Fitted, fit, refit
 from twin.mismatch.hypothesis import HYPOTHESES, Hypothesis
 from twin.mismatch.locate import change_points
 from twin.mismatch.problem import Problem
-from twin.mismatch.split import split
+from twin.mismatch.split import sharpened, split
 from twin.pack import Pack
 from twin.sensitivity import sensitivity
 from twin.simulate import changeable, simulate
@@ -382,3 +383,20 @@ def test_change_points_of_levels() -> None:
     noisy = means + 0.1 * np.random.default_rng(0).standard_normal(60)
     assert change_points(noisy, np.full(60, 100.0), 12.0) == [0, 30, 50, 60]
     assert change_points(np.zeros(60), np.full(60, 100.0), 12.0) == [0, 60]
+
+
+@pytest.mark.parametrize("slow_V", [None, 0.02])
+def test_samples_beyond_a_cut_off_are_looked_for_unless_an_error_is_stated(
+    slow_V: float | None, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Also where the likeliest leave nothing but noise: a cliff may have made them likely."""
+    asked: list[bool] = []
+
+    def noted(data: Data, best: Fitted, *, cliffs: bool = True) -> Data | None:
+        asked.append(cliffs)
+        return sharpened(data, best, cliffs=cliffs)
+
+    monkeypatch.setattr(import_module("twin.mismatch.explain"), "sharpened", noted)
+    offsets = [h for h in HYPOTHESES if h.id == "current_offset"]
+    explain([flown(seed=1)], [flown(seed=2)], hypotheses=offsets, slow_V=slow_V)
+    assert asked == [slow_V is not None]
