@@ -83,10 +83,22 @@ def explain(  # noqa: PLR0913
         remarks=(
             *remarks,
             *(_of_none(found[0], null) if decision.verdict is Verdict.NONE else ()),
+            *_noisy(data),
             *_paused((*fitted, *held_out)),
             *_empty(told, data),
         ),
     )
+
+
+def _noisy(data: Data) -> Iterator[str]:
+    """Of recordings that are not taken as they are."""
+    told = {f.name: w.noise.current_A for f, w in (*data.fitted, *data.held_out)}
+    for name, noise_A in told.items():
+        if noise_A:
+            yield (
+                f"{name}: the recorded current has noise of {noise_A:.2g} A, to which the voltage "
+                "does not answer: the likeliest current behind it is taken"
+            )
 
 
 def _paused(flights: Sequence[Flight]) -> Iterator[str]:

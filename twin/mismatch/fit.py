@@ -42,8 +42,8 @@ class Data:
 
     @property
     def noise_V(self) -> float:
-        """White noise of what is held out."""
-        return float(np.sqrt(np.mean([w.noise.white_V**2 for _, w in self.held_out])))
+        """Noise of what is held out, by voltage and current."""
+        return float(np.sqrt(np.mean([w.noise.by_chance_V**2 for _, w in self.held_out])))
 
     @property
     def squared(self) -> "Data":

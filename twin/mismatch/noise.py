@@ -22,7 +22,6 @@ from scipy.linalg import solve_banded
 FloatArray = npt.NDArray[np.float64]
 BoolArray = npt.NDArray[np.bool_]
 
-LEAST_LEFT = 1e-3  # of the variance of the noise
 HUBER = 1.345  # deviations, up to which squares count: 95 % efficient if all are normal
 
 
@@ -38,8 +37,9 @@ class Noise:
         along_s: time over which that forgets.
         heavy_tailed: the twin errs by far more in a few samples than in all others, see `tamed`.
         together_s: samples over so long are taken as one, their mean; 0: each by itself.
-        current_V: of `white_V`, what the noise of the recorded current makes of a twin
-        current_ohm: that answers to it by so much (`answer_ohm`).
+        current_A: of the recorded current, from sample to sample; 0 where none is sure.
+        left_V: of what the likeliest current (`quiet`) is off by, through the twin's resistance.
+        left_s: time over which that forgets.
     """
 
     white_V: float
@@ -49,19 +49,14 @@ class Noise:
     along_s: float = 1.0
     heavy_tailed: bool = False
     together_s: float = 0.0
-    current_V: float = 0.0
-    current_ohm: float = 1.0
+    current_A: float = 0.0
+    left_V: float = 0.0
+    left_s: float = 1.0
 
-    def counts(self, ohm: float) -> float:
-        """So many times residuals count, of a twin that answers by `ohm` to that noise.
-
-        What answers less leaves less, and is no better for it: squares are over the variance that
-        noise in both quantities makes of this twin (Deming, Statistical Adjustment of Data, 1943).
-        None is excused by answering more.
-        """
-        less = min(ohm / self.current_ohm, 1.0)
-        spared = (self.current_V / self.white_V) ** 2 * (1.0 - less**2)
-        return 1.0 / sqrt(max(1.0 - spared, LEAST_LEFT))
+    @property
+    def by_chance_V(self) -> float:
+        """Of a sample, by the noise of voltage and current."""
+        return hypot(self.white_V, self.left_V)
 
     @property
     def own_V(self) -> float:
@@ -118,10 +113,6 @@ class Whitener:
         """(m,) of each mean the first."""
         return self.at[self.first]
 
-    def means(self, values: FloatArray) -> FloatArray:
-        """(m, ...) of values (n, ...)."""
-        return means_from(values[self.at], self.first)
-
     def __call__(self, columns: FloatArray) -> FloatArray:
         """(m, 1 + k) whitened, of residuals and k derivatives (n, 1 + k): the judged samples.
 
@@ -129,7 +120,7 @@ class Whitener:
         """
         if not self.at.size:
             return columns[self.at]
-        x = self.means(columns)
+        x = means_from(columns[self.at], self.first)
         below = self.bands.shape[0] - 1
         given = np.zeros((below * x.shape[0], x.shape[1]))
         given[below - 1 :: below] = x
@@ -163,6 +154,7 @@ def whitener(
     wanders = [
         _wanders(np.ones(size), dt, noise.slow_s, noise.slow_V),
         _wanders(drive, dt, noise.along_s, noise.along_V),
+        _wanders(np.ones(size), dt, noise.left_s, noise.left_V),
     ]
     if between is not None and size:
         kinds = between.walk_V, between.quick_V, between.paused_V

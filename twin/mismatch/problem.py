@@ -14,7 +14,6 @@ import numpy.typing as npt
 
 from twin.kernel import Backend
 from twin.lanes import LANES
-from twin.mismatch.answer import answer_ohm
 from twin.mismatch.bagged import stretches
 from twin.mismatch.channels import Whitening, channels
 from twin.mismatch.flight import Flight
@@ -236,23 +235,7 @@ class Problem:
     def whitened(self, points: Sequence[FloatArray]) -> list[list[FloatArray]]:
         """(m,) of each recording, at each of the coordinates."""
         done = iter(self._residuals(self._each(points)))
-        return [
-            [_white(own, self._weighed(next(done), q, k)) for k, own in enumerate(self._whiten)]
-            for q in points
-        ]
-
-    def _weighed(self, residuals: list[FloatArray], q: FloatArray, flight: int) -> list[FloatArray]:
-        """As they count by this twin's answer to the noise of the current, see `Noise.counts`."""
-        own, whiten = self.flights[flight], self._whiteners[flight]
-        if whiten.noise.current_V == 0.0:
-            return residuals
-        try:
-            pack = self.pack(q, flight)
-        except ValueError:
-            return residuals
-        simulated_V = own.voltage_V - residuals[0]
-        counts = whiten.noise.counts(answer_ohm(pack, own.load, simulated_V, whiten.means))
-        return [counts * residuals[0], *residuals[1:]]
+        return [[_white(own, next(done)) for own in self._whiten] for q in points]
 
     def _each(self, points: Sequence[FloatArray]) -> list[tuple[FloatArray, int]]:
         return [(q, flight) for q in points for flight in range(len(self.flights))]
@@ -272,12 +255,10 @@ class Problem:
         asked = [(at, flight) for flight, own in enumerate(moved) for at in (q, *own)]
         done, here_V, rows, slopes = iter(self._residuals(asked)), [], [], []
         for flight, points in enumerate(moved):
-            raw = [next(done) for _ in (q, *points)]
-            both = zip(raw, (q, *points), strict=True)
-            here, *there = (self._weighed(r, at, flight) for r, at in both)
+            here, *there = (next(done) for _ in (q, *points))
             own = list(self._columns(flight))
             steps = np.array([at[c] - q[c] for at, c in zip(points, own, strict=True)])
-            here_V.append(raw[0][0])
+            here_V.append(here[0])
             for k, whiten in enumerate(self._whiten[flight]):
                 changes = np.column_stack([r[k] - here[k] for r in there]) / steps
                 white = whiten(np.column_stack([here[k], changes]))

@@ -2,18 +2,18 @@
 
 from collections.abc import Sequence
 from dataclasses import replace
-from math import hypot, sqrt
+from math import sqrt
 
 import numpy as np
 
-from twin.mismatch.answer import answer_ohm
 from twin.mismatch.fit import Data, Fitted
 from twin.mismatch.flight import BoolArray, Flight, FloatArray, MismatchError
-from twin.mismatch.left import never_full
-from twin.mismatch.noise import Noise, Whitener, means_from, taken_together, whitener
+from twin.mismatch.left import left_V, never_full
+from twin.mismatch.noise import Noise, Whitener, whitener
 from twin.mismatch.problem import Problem
+from twin.mismatch.quiet import quieted
 from twin.mismatch.unseen import unseen
-from twin.mismatch.white import LEAST_V, of_current_V, step_V, white_V
+from twin.mismatch.white import LEAST_V, current_noise, step_V, white_V
 from twin.pack import Pack
 from twin.simulate import simulate
 
@@ -35,10 +35,6 @@ little then and changes from sample to sample nearly all, and these are for a go
 the recorded current: a twin that answers to it less, a colder one with its Tafel kinetics, would
 look better. Of a pack 8 K too cold at 10 Hz, nothing else, 20 mV stated: -8.5 to -9.1 K and 17 to
 39 mV left held out by samples, -8.1 to -8.2 K and 4 to 6 mV by means."""
-MUCH = 0.5
-"""Of the noise, what that of the current makes. With more, means are compared likewise: of such a
-pack in a smooth current with 0.3 A of noise -7.6 K and 13 mV by samples, -8.0 K and 9 mV by means,
-where the noise of the two instruments makes 9 (`test_noisy_current`)."""
 BLOCKS = 7
 """Of a single recording, every second one held out. An odd number: what shows as a battery empties,
 as a weak cell does, is in the last block alone, and no fit knows of it where that is held out."""
@@ -70,8 +66,8 @@ def split(
         fitted, held_out = fitted[:-1], fitted[-1:]
     if held_out:
         return Data(*(tuple(whitened(f, slow_V) for f in part) for part in (fitted, held_out)))
-    noise = noise_of(fitted[0], slow_V)
-    return Data(*(((part, _whitener(part, noise)),) for part in _blocks(fitted[0])))
+    whole, noise = as_seen(fitted[0], slow_V)
+    return Data(*(((part, _whitener(part, noise)),) for part in _blocks(whole)))
 
 
 def check(flight: Flight) -> None:
@@ -90,34 +86,31 @@ def check(flight: Flight) -> None:
         )
 
 
-def noise_of(flight: Flight, slow_V: float | None) -> Noise:
-    """What is chance in one recording, by the twin as configured.
+def as_seen(flight: Flight, slow_V: float | None) -> tuple[Flight, Noise]:
+    """A recording with the likeliest current, and what is chance in it, by the twin as configured.
 
     If that is empty within the first half, by the voltage alone from there on.
     """
-    simulated_V = simulate(never_full(flight.pack), flight.load).voltage_V
-    n = simulated_V.size
-    residual_V = np.append(flight.voltage_V[:n] - simulated_V, flight.voltage_V[n:])
-    before = np.arange(residual_V.size) < n
-    half = np.count_nonzero(flight.judged) / 2
-    longer = before if np.count_nonzero(flight.judged[:n]) >= half else ~before
-    told = replace(flight, judged=flight.judged & longer)
-    white, current = _white_V(told, residual_V) or (LEAST_V, 0.0)
-    together_s = _together_s(white, current)
+    residual_V, told = _by_the_twin(flight)
+    told, noise = _quieted(told, _expected(flight.pack.series, slow_V), residual_V)
+    if noise.current_A:
+        flight = replace(told, judged=flight.judged)
+        residual_V, told = _by_the_twin(flight)
+    return flight, replace(noise, white_V=_white_V(told, noise, residual_V) or LEAST_V)
+
+
+def _expected(series: int, slow_V: float | None) -> Noise:
+    """Of any recording: the error of the twin, that of its numerics where none is stated."""
     if slow_V is None:
-        slow_V, along_V = SLOW_V * flight.pack.series, ALONG_V * flight.pack.series
         return Noise(
-            white_V=white,
-            slow_V=slow_V,
+            white_V=LEAST_V,
+            slow_V=SLOW_V * series,
             slow_s=SLOW_S,
-            along_V=along_V,
+            along_V=ALONG_V * series,
             along_s=ALL_ALONG_S,
-            together_s=together_s,
-            current_V=current,
-            current_ohm=_answer_ohm(told, told.pack, residual_V, together_s),
         )
     return Noise(
-        white_V=white,
+        white_V=LEAST_V,
         slow_V=slow_V * sqrt(1 - ALONG),
         slow_s=STATED_S,
         along_V=slow_V * sqrt(ALONG),
@@ -127,15 +120,27 @@ def noise_of(flight: Flight, slow_V: float | None) -> Noise:
     )
 
 
+def _by_the_twin(flight: Flight) -> tuple[FloatArray, Flight]:
+    """(n,) residuals, and the recording with what counts where they tell its noise."""
+    simulated_V = simulate(never_full(flight.pack), flight.load).voltage_V
+    n = simulated_V.size
+    residual_V = np.append(flight.voltage_V[:n] - simulated_V, flight.voltage_V[n:])
+    before = np.arange(residual_V.size) < n
+    half = np.count_nonzero(flight.judged) / 2
+    longer = before if np.count_nonzero(flight.judged[:n]) >= half else ~before
+    return residual_V, replace(flight, judged=flight.judged & longer)
+
+
 def whitened(flight: Flight, slow_V: float | None) -> tuple[Flight, Whitener]:
     """A recording with what is chance in it, by the twin as configured."""
-    return flight, _whitener(flight, noise_of(flight, slow_V))
+    seen, noise = as_seen(flight, slow_V)
+    return seen, _whitener(seen, noise)
 
 
 def _whitener(flight: Flight, noise: Noise, pack: Pack | None = None) -> Whitener:
     """`pack`: the twin that says how a voltage moves with what is unseen; that as configured."""
     own = flight.recorded_load
-    between = unseen(pack or flight.pack, own)
+    between = unseen(pack or flight.pack, own, noise.current_A)
     if between is not None and flight.recorded is not None:
         between = between.at(flight.time_s, own.time_s)
     return whitener(flight.time_s, flight.judged, noise, flight.load.current_A, between)
@@ -156,18 +161,15 @@ def sharpened(data: Data, best: Fitted, *, cliffs: bool = True) -> Data | None:
         if not cliffs:
             beyond = [problem.beyond(q, k) for k in range(len(own))]
             own = tuple((_without(b, f), w) for b, (f, w) in zip(beyond, own, strict=True))
-        noises = [
-            _by_what_is_left(w.noise, flight, problem.pack(q, k), problem.residual_V(q, k))
-            for k, (flight, w) in enumerate(own)
-        ]
         return tuple(
-            (flight, _whitener(flight, noise, problem.pack(q, k)))
-            for k, ((flight, _), noise) in enumerate(zip(own, noises, strict=True))
+            _by_what_is_left(flight, w.noise, problem.pack(q, k), problem.residual_V(q, k))
+            for k, (flight, w) in enumerate(own)
         )
 
     finer = Data(of(best.problem, best.q, data.fitted), of(best.judge, best.ahead_q, data.held_out))
     alike = SHARPER < finer.noise_V / data.noise_V < 1.0 / SHARPER
-    return None if alike and counted(finer) == counted(data) else finer
+    same = alike and counted(finer) == counted(data) and _noises_A(finer) == _noises_A(data)
+    return None if same else finer
 
 
 def counted(data: Data) -> int:
@@ -175,50 +177,48 @@ def counted(data: Data) -> int:
     return sum(int(f.judged.sum()) for f, _ in (*data.fitted, *data.held_out))
 
 
+def _noises_A(data: Data) -> list[float]:
+    return [w.noise.current_A for _, w in (*data.fitted, *data.held_out)]
+
+
 def _without(beyond: BoolArray, flight: Flight) -> Flight:
     few = np.count_nonzero(flight.judged & beyond) <= FEW_BEYOND * np.count_nonzero(flight.judged)
     return replace(flight, judged=flight.judged & ~beyond) if few else flight
 
 
-def _by_what_is_left(noise: Noise, flight: Flight, pack: Pack, residual_V: FloatArray) -> Noise:
-    """Beside a stated error, which is larger, that of the current counts alike for every twin."""
-    known = _white_V(flight, residual_V)
-    if known is None:
-        return noise
-    white_V, current_V = known
-    together_s = max(noise.together_s, _together_s(white_V, current_V))
-    return replace(
-        noise,
-        white_V=min(white_V, hypot(current_V, noise.white_V)),
-        together_s=together_s,
-        current_V=0.0 if noise.heavy_tailed else current_V,
-        current_ohm=_answer_ohm(flight, pack, residual_V, together_s),
-    )
+def _by_what_is_left(
+    flight: Flight, noise: Noise, pack: Pack, residual_V: FloatArray
+) -> tuple[Flight, Whitener]:
+    """With its noise as told by what the twin `pack` leaves, if that is less."""
+    flight, own = _quieted(flight, noise, residual_V)
+    if own is not noise:
+        residual_V = left_V(flight, pack, simulate(pack, flight.load))
+    white = _white_V(flight, own, residual_V)
+    if white is not None:
+        own = replace(own, white_V=min(white, noise.white_V))
+    return flight, _whitener(flight, own, pack)
 
 
-def _answer_ohm(flight: Flight, pack: Pack, residual_V: FloatArray, together_s: float) -> float:
-    """Of `pack`, by the samples that count, as they are compared."""
+def _quieted(flight: Flight, noise: Noise, residual_V: FloatArray) -> tuple[Flight, Noise]:
+    """With the likeliest current, if the samples that count are sure that there is noise in it."""
     at = flight.judged
-    first = taken_together(flight.time_s[at], together_s)
-    simulated_V = flight.voltage_V - residual_V
-    return answer_ohm(pack, flight.load, simulated_V, lambda x: means_from(x[at], first))
+    own_V = residual_V[at]
+    told = current_noise(own_V, flight.voltage_V[at] - own_V, flight.load.current_A[at])
+    if told is None or noise.current_A:  # once
+        return flight, noise
+    out, found = quieted(flight, told.size_A)
+    off_V = told.ohm * found.left_A
+    return out, replace(noise, current_A=told.size_A, left_V=off_V, left_s=found.left_s)
 
 
-def _together_s(white_V: float, current_V: float) -> float:
-    return TOGETHER_S if current_V > MUCH * white_V else 0.0
-
-
-def _white_V(flight: Flight, residual_V: FloatArray) -> tuple[float, float] | None:
-    """By the samples that count, and what the noise of the current does of it; None of too few."""
+def _white_V(flight: Flight, noise: Noise, residual_V: FloatArray) -> float | None:
+    """By the samples that count, beside what the likeliest current is off by; None of too few."""
     counted = flight.judged
     dt = np.diff(flight.time_s[counted])
     period_s = float(np.median(dt)) if dt.size else 1.0
-    left_V, current_A = residual_V[counted], flight.load.current_A[counted]
-    current_V = of_current_V(left_V, flight.voltage_V[counted] - left_V, current_A)
-    white = white_V(left_V, current_A, period_s, current_V)
-    if white is None:
-        return None
-    return max(white, step_V(flight.voltage_V) / sqrt(12.0)), current_V
+    current_A, wanders = flight.load.current_A[counted], (noise.left_V, noise.left_s)
+    white = white_V(residual_V[counted], current_A, period_s, *wanders)
+    return None if white is None else max(white, step_V(flight.voltage_V) / sqrt(12.0))
 
 
 def _blocks(flight: Flight) -> tuple[Flight, Flight]:

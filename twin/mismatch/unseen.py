@@ -10,7 +10,7 @@ missed (`pauses`): the walk leaps, and what follows is forgotten more slowly.
 
 from collections.abc import Sequence
 from dataclasses import replace
-from math import log, sqrt
+from math import hypot, log, sqrt
 
 import numpy as np
 
@@ -35,9 +35,14 @@ MOST_KEPT = 0.9999  # of what follows a pause, likewise
 LONG_AGO = 50.0  # times what it takes to forget: a pause begins anew
 
 
-def unseen(pack: Pack, load: Load) -> Unseen | None:
-    """By the twin `pack`; None if nothing is unseen, or the twin is empty at once."""
-    off_C, wide = walk_C(load), beyond_cut_offs(pack)
+def unseen(pack: Pack, load: Load, noise_A: float = 0.0) -> Unseen | None:
+    """By the twin `pack`; None if nothing is unseen, or the twin is empty at once.
+
+    `noise_A` is that of a current of which the likeliest course is taken: what that leaves of slow
+    noise draws charge as what flows between samples does.
+    """
+    off_C = hypot(walk_C(load), noise_A * sqrt(float(np.median(np.diff(load.time_s)))))
+    wide = beyond_cut_offs(pack)
     if not off_C:
         return None
     as_is_V = simulate(wide, load).voltage_V

@@ -1,6 +1,7 @@
 """White noise of a recording, by third differences: what is smooth cancels in them."""
 
-from math import hypot, sqrt
+from dataclasses import dataclass
+from math import exp, sqrt
 
 import numpy as np
 import numpy.typing as npt
@@ -16,38 +17,68 @@ LONGEST_S = 1.0  # of samples that are taken together: slower is physics
 OF_NOISE = np.array([20.0, -15.0, 6.0, -1.0])
 """Autocovariance of the third differences of white noise of variance 1, at lags 0, 1, 2 and 3."""
 MOSTLY, ABOUT = 0.95, 1.1  # what is taken for all of it, and for no more
+BY_CHANCE, SURE = 1.5, 25.0
+"""Of what chance makes of residuals that follow nothing: most of it, and what it hardly ever makes
+of one number."""
 STEP = 6.0  # deviations of third differences, beyond which a current was switched
 LEAST_FOLLOWING = 200  # third differences by which noise of the current is told
 
 
 def white_V(
-    residual_V: FloatArray, current_A: FloatArray, period_s: float, current_V: float = 0.0
-) -> float | None:
+    residual_V: FloatArray, current_A: FloatArray, period_s: float,
+    wanders_V: float = 0.0, forgets_s: float = 1.0,
+) -> float | None:  # fmt: skip
     """Standard deviation of white noise as dense as that of residuals (n,) [V]; None of too few.
 
     From third differences: what is smooth cancels; what jumps with the current, as far as it is in
     proportion to it and to its neighbours (up to REACH, so that a clock or a sensor that is late is
     no noise) or to its square and cube, is taken out first. Of samples and of means over 2, 4
     and 8 of them (up to LONGEST_S): noise that was smoothed or interpolated is little from sample
-    to sample and shows in the means. The largest counts, that of samples with `current_V`, what the
-    noise of the current makes of it (`of_current_V`).
+    to sample and shows in the means. The largest counts.
+
+    Args:
+        residual_V: (n,)
+        current_A: (n,)
+        period_s: from sample to sample.
+        wanders_V: standard deviation of what else is in it, an Ornstein-Uhlenbeck process,
+        forgets_s: and time over which that forgets.
     """
-    sizes = [size for size in (1, 2, 4, 8) if size == 1 or size * period_s <= LONGEST_S]
-    spreads = [(k, _spread_V(_means(residual_V, k), _means(current_A, k))) for k in sizes]
-    own_V = [sqrt(k) * spread for k, spread in spreads if spread is not None]
-    return max(hypot(own_V[0], current_V), *own_V) if own_V else None
+    squares_V2 = []
+    for size in (1, 2, 4, 8):
+        spread_V = _spread_V(_means(residual_V, size), _means(current_A, size))
+        if spread_V is not None and (size == 1 or size * period_s <= LONGEST_S):
+            follows = exp(-size * period_s / forgets_s) ** np.arange(OF_NOISE.size)
+            share = 2.0 * float(follows @ OF_NOISE) / OF_NOISE[0] - 1.0
+            squares_V2.append(size * (spread_V**2 - share * wanders_V**2))
+    return sqrt(max(*squares_V2, LEAST_V**2)) if squares_V2 else None
 
 
-def of_current_V(residual_V: FloatArray, simulated_V: FloatArray, current_A: FloatArray) -> float:
-    """Standard deviation of what the noise of a recorded current makes of residuals (n,) [V].
+@dataclass(frozen=True, slots=True, kw_only=True)
+class CurrentNoise:
+    """White noise of a recorded current.
+
+    Attributes:
+        size_A: standard deviation.
+        ohm: by which the twin answers to it.
+    """
+
+    size_A: float
+    ohm: float
+
+
+def current_noise(
+    residual_V: FloatArray, simulated_V: FloatArray, current_A: FloatArray
+) -> CurrentNoise | None:
+    """Of a recorded current (n,), None where it is not sure that there is any.
 
     The twin answers to that noise by its resistance R, the pack does not. Third differences of
-    residual and current then have the covariance R s^2 OF_NOISE, s that of the noise in amperes.
-    None is taken for there unless that is MOSTLY all by which the residual follows the current, and
-    no more than either of both varies: an effect follows it otherwise.
+    residual and current then have the covariance R s^2 OF_NOISE, s that of the noise. None is taken
+    for there unless that is sure, MOSTLY all by which the residual follows the current, beside what
+    chance makes of so many numbers, and no more than either of both varies: an effect follows it
+    otherwise.
     """
     if residual_V.size < LEAST_FOLLOWING:
-        return 0.0
+        return None
     third, drive, answer = (np.diff(x, n=3) for x in (residual_V, current_A, simulated_V))
     reach = min(REACH, third.size // 40)
     lags = np.arange(-reach, reach + 1)
@@ -55,7 +86,7 @@ def of_current_V(residual_V: FloatArray, simulated_V: FloatArray, current_A: Flo
     good = np.all([np.roll(usual, k) for k in lags], axis=0)
     good[:reach] = good[third.size - reach :] = False
     if np.count_nonzero(good) < LEAST_FOLLOWING or not drive[good].any():
-        return 0.0
+        return None
     lagged = np.column_stack([np.roll(drive, k)[good] for k in lags])
     third, drive, answer = third[good], drive[good], answer[good]
     shape = np.pad(np.concatenate([OF_NOISE[:0:-1], OF_NOISE]), reach + 1 - OF_NOISE.size)
@@ -64,12 +95,15 @@ def of_current_V(residual_V: FloatArray, simulated_V: FloatArray, current_A: Flo
     noise, whole = np.linalg.lstsq(lagged.T @ lagged, both, rcond=None)[0].T
     size_W = float(noise @ across) / float(noise @ shape)  # R s^2, summed over the samples
     followed_V2 = size_W**2 * float(noise @ shape)
-    ohm = -float(drive @ answer) / float(drive @ drive)
-    most_W = min(ohm * float(drive @ drive), float(third @ third) / max(ohm, 1e-12))
-    alone = followed_V2 > MOSTLY * float(whole @ across)
-    if not (alone and 0.0 < OF_NOISE[0] * size_W < ABOUT * most_W):
-        return 0.0
-    return sqrt(followed_V2 / third.size / OF_NOISE[0])
+    chance_V2 = float(third @ third) / third.size  # of each number
+    else_V2 = float(whole @ across) - followed_V2 - BY_CHANCE * (lags.size - 1) * chance_V2
+    alone = else_V2 < (1.0 - MOSTLY) * followed_V2 and followed_V2 > SURE * chance_V2
+    ohm = -float(noise @ (lagged.T @ answer)) / float(noise @ (lagged.T @ drive))
+    most_W = min(ohm * float(drive @ drive), float(third @ third) / max(ohm, 1e-12)) / OF_NOISE[0]
+    about = ABOUT + 2.0 * sqrt(chance_V2 / followed_V2) if followed_V2 > 0.0 else 0.0
+    if not (alone and 0.0 < size_W < about * most_W):
+        return None
+    return CurrentNoise(size_A=sqrt(min(size_W, most_W) / third.size / ohm), ohm=ohm)
 
 
 def _means(values: FloatArray, size: int) -> FloatArray:

@@ -1,16 +1,16 @@
 """A smooth current in a noisy record: to that noise the twin answers, and the pack does not."""
 
 from dataclasses import replace
+from importlib import import_module
 
 import numpy as np
 import pytest
 from scipy.ndimage import gaussian_filter1d
 
 from tests.twin.mismatch.recordings import flown, pack
-from twin.effects import AnyEffect, ClockShift, ColdPack, CurrentGain
+from twin.effects import AnyEffect, ColdPack, ReactionKinetics
 from twin.load import Load
 from twin.mismatch import Flight, Verdict, explain
-from twin.mismatch.answer import answer_ohm
 from twin.mismatch.fit import fit
 from twin.mismatch.hypothesis import HYPOTHESES
 from twin.mismatch.split import split
@@ -49,11 +49,13 @@ def test_noise_of_a_smooth_current_is_nothing_that_was_left_out(
 
 
 def test_a_twin_that_answers_less_to_noise_is_no_better() -> None:
-    """Of a pack of which nothing was left out: 1.10 where squares count alike for every twin."""
+    """Of a pack of which nothing was left out: 1.10 +- 0.02 by the current as it was recorded."""
     data = split([smooth((), 1, noise_A=0.8)], [smooth((), 2, noise_A=0.8)])
     found = fit(data, [h for h in HYPOTHESES if h.id == "electrolyte_transport"])
     factors = found.problem.values(found.q)["electrolyte_transport"]
-    assert factors["conductivity_factor"] == pytest.approx(1.0, abs=0.02)
+    errors = found.problem.stds(found.q, np.sqrt(np.diag(found.covariance(1.0))))
+    std = errors["electrolyte_transport"]["conductivity_factor"]
+    assert abs(factors["conductivity_factor"] - 1.0) < std < 0.06
 
 
 def gusty(seed: int) -> Flight:
@@ -72,8 +74,14 @@ def gusty(seed: int) -> Flight:
     )
 
 
-def test_instruments_that_are_right_are_no_more_probable_than_none() -> None:
-    """About no shift and no lag, a straight line says that what is held out would gain by less."""
+def test_instruments_that_are_right_are_no_more_probable_than_none(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """About no shift and no lag, a straight line says that what is held out would gain by less.
+
+    As where noise of the current is not sure.
+    """
+    monkeypatch.setattr(import_module("twin.mismatch.split"), "current_noise", lambda *_: None)
     data = split([gusty(1)], [gusty(2)])
     null = fit(data, [])
     both = fit(data, [h for h in HYPOTHESES if h.id in {"clock_shift", "sensor_lag"}])
@@ -82,13 +90,26 @@ def test_instruments_that_are_right_are_no_more_probable_than_none() -> None:
     )
 
 
-def test_a_twin_answers_to_noise_by_its_cells_not_by_how_its_instruments_shift_it() -> None:
-    """By the third differences of what it answers to its recorded current, 0.0265 of 0.0216."""
-    flight, whiten = split([smooth((), 1)], [smooth((), 2)]).fitted[0]
+def calm(truth: tuple[AnyEffect, ...], seed: int) -> Flight:
+    """Hover in air without gusts."""
+    random, t = np.random.default_rng(seed), np.arange(0.0, 360.0, 0.1)
+    slow_A = gaussian_filter1d(random.normal(0.0, 6.0, t.size), 20.0)
+    true = Load(time_s=t, current_A=9.0 + slow_A + 2.0 * np.sin(2 * np.pi * t / 60 + seed))
+    answer_V = simulate(replace(pack(), effects=truth), true).require().voltage_V
+    return replace(
+        flown(seed=seed),
+        load=replace(true, current_A=true.current_A + random.normal(0.0, 0.15, t.size)),
+        voltage_V=answer_V + random.normal(0.0, 6e-3, t.size),
+        judged=np.ones(t.size, dtype=bool),
+        motion=np.full(t.size, "hover"),
+    )
 
-    def ohm(*effects: AnyEffect) -> float:
-        own = replace(pack(), effects=effects)
-        return answer_ohm(own, flight.load, simulate(own, flight.load).voltage_V, whiten.means)
 
-    assert ohm(ClockShift(shift_s=0.02)) == pytest.approx(ohm(), rel=0.03)
-    assert ohm(CurrentGain(gain=0.9)) == pytest.approx(0.9 * ohm(), rel=0.03)
+def test_a_lag_and_a_clock_that_cancel_are_no_filter_for_noise() -> None:
+    """They were named beside slow reactions, together: in calm air they took the noise away."""
+    truth = (ReactionKinetics(negative_factor=0.6, positive_factor=1.0),)
+    ours = [h for h in HYPOTHESES if h.id in {"reaction_kinetics", "clock_shift", "sensor_lag"}]
+    finding = explain([calm(truth, 1)], [calm(truth, 2)], hypotheses=ours)
+    assert [e.id for e in finding.effects] == ["reaction_kinetics"]
+    told = {p.name: p for p in finding.effects[0].parameters}["negative_factor"]
+    assert abs(told.value - 0.6) < 2.0 * told.std

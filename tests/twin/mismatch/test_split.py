@@ -11,7 +11,7 @@ from twin.load import Load
 from twin.mismatch import Flight, MismatchError
 from twin.mismatch.fit import fit
 from twin.mismatch.left import beyond_cut_offs, left_V
-from twin.mismatch.split import ALONG_V, counted, noise_of, sharpened, split
+from twin.mismatch.split import ALONG_V, as_seen, counted, sharpened, split
 from twin.simulate import simulate
 from twin.solution import Status
 
@@ -50,11 +50,12 @@ def test_a_twin_that_is_empty_at_once_leaves_the_noise_that_is_there() -> None:
     weak = SeriesResistance(resistance_ohm=2.0)
     empty = replace(flight, pack=replace(pack(), initial_soc=0.01, effects=(weak,)))
     assert simulate(empty.pack, empty.load).time_s.size < 10
-    assert noise_of(empty, None).white_V == pytest.approx(noise_of(flight, None).white_V, rel=0.2)
+    told_V, known_V = (as_seen(f, None)[1].white_V for f in (empty, flight))
+    assert told_V == pytest.approx(known_V, rel=0.2)
 
 
 def test_a_full_pack_is_not_at_its_end_where_noise_of_an_idle_current_charges_it() -> None:
-    """Its twin was: then the noise was that of the voltage alone, without that of the current."""
+    """Its twin was: then the noise of the current was not seen."""
     random, time_s = np.random.default_rng(5), np.arange(0.0, 200.0, 0.1)
     true = Load(time_s=time_s, current_A=np.where(time_s < 5.0, 0.1, 8.0))
     recorded_A = true.current_A + random.normal(0.0, 0.5, time_s.size)
@@ -65,9 +66,10 @@ def test_a_full_pack_is_not_at_its_end_where_noise_of_an_idle_current_charges_it
         judged=np.ones(time_s.size, dtype=bool), motion=np.full(time_s.size, ""),
     )  # fmt: skip
     assert simulate(flight.pack, flight.load).time_s.size < 50
-    noise = noise_of(flight, None)
-    assert noise.current_V > 5e-3  # 0.5 A through the twin's 20 mOhm
-    assert noise.white_V == pytest.approx(np.hypot(noise.current_V, 2e-3), rel=0.1)
+    seen, noise = as_seen(flight, None)
+    assert noise.current_A == pytest.approx(0.5, rel=0.1)
+    assert noise.white_V < 3e-3  # 0.5 A through the twin's 20 mOhm were 10e-3, the voltage has 2e-3
+    assert np.std(seen.load.current_A - true.current_A) < 0.1
 
 
 def test_a_recording_of_which_nothing_would_be_held_out_is_refused() -> None:

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from twin.mismatch.white import of_current_V, step_V, white_V
+from twin.mismatch.white import current_noise, step_V, white_V
 
 N = 20_000
 OHM = 0.08
@@ -38,13 +38,18 @@ def test_steps_of_a_rounded_voltage_are_seen(random: np.random.Generator) -> Non
     assert step_V(apart) == 0.0
 
 
-def by_current_V(
+def size_A(residual_V: np.ndarray, simulated_V: np.ndarray, current_A: np.ndarray) -> float:
+    told = current_noise(residual_V, simulated_V, current_A)
+    return told.size_A if told else 0.0
+
+
+def told_A(
     random: np.random.Generator, flown_A: np.ndarray, *, noise_A: float, ohm: float = OHM
 ) -> float:
     """As told of a pack with `ohm` where the twin has OHM."""
     seen_A = flown_A + noise_A * random.standard_normal(flown_A.size)
     recorded_V = -ohm * flown_A + 5e-3 * random.standard_normal(flown_A.size)
-    return of_current_V(recorded_V + OHM * seen_A, -OHM * seen_A, seen_A)
+    return size_A(recorded_V + OHM * seen_A, -OHM * seen_A, seen_A)
 
 
 def hover_A(random: np.random.Generator, *, gusts_A: float) -> np.ndarray:
@@ -56,15 +61,15 @@ def hover_A(random: np.random.Generator, *, gusts_A: float) -> np.ndarray:
 def test_what_noise_of_the_current_does_is_noise_though_it_follows_the_current(
     random: np.random.Generator, gusts_A: float
 ) -> None:
-    told = by_current_V(random, hover_A(random, gusts_A=gusts_A), noise_A=0.1)
-    assert told == pytest.approx(OHM * 0.1, rel=0.1)
+    told = told_A(random, hover_A(random, gusts_A=gusts_A), noise_A=0.1)
+    assert told == pytest.approx(0.1, rel=0.1)
 
 
 @pytest.mark.parametrize(("gusts_A", "ohm"), [(0.5, 0.06), (0.5, 0.1), (2.0, 0.075), (0.0, 0.06)])
 def test_what_follows_the_current_for_another_reason_is_no_noise(
     random: np.random.Generator, gusts_A: float, ohm: float
 ) -> None:
-    assert by_current_V(random, hover_A(random, gusts_A=gusts_A), noise_A=0.0, ohm=ohm) == 0.0
+    assert told_A(random, hover_A(random, gusts_A=gusts_A), noise_A=0.0, ohm=ohm) == 0.0
 
 
 @pytest.mark.parametrize("late", [0.3, 0.5, 1.0, 2.0])
@@ -72,10 +77,10 @@ def test_a_clock_that_is_off_is_no_noise(random: np.random.Generator, late: floa
     flown = hover_A(random, gusts_A=1.0)
     seen = np.interp(np.arange(N) - late, np.arange(N), flown)
     voltage = -OHM * flown + 5e-3 * random.standard_normal(N)
-    assert of_current_V(voltage + OHM * seen, -OHM * seen, seen) == 0.0
+    assert size_A(voltage + OHM * seen, -OHM * seen, seen) == 0.0
 
 
 def test_of_few_samples_no_noise_of_a_current_is_told(random: np.random.Generator) -> None:
     few = hover_A(random, gusts_A=0.0)[:150]
-    assert by_current_V(random, few, noise_A=0.1) == 0.0
-    assert of_current_V(np.zeros(3), np.zeros(3), np.zeros(3)) == 0.0
+    assert told_A(random, few, noise_A=0.1) == 0.0
+    assert size_A(np.zeros(3), np.zeros(3), np.zeros(3)) == 0.0
