@@ -11,13 +11,14 @@ in white noise, which knows nothing before the first sample but how far they wan
 forgets as they do (Anderson, Moore, Optimal Filtering, 1979, chapter 4).
 """
 
-from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from math import hypot, sqrt
 
 import numpy as np
 import numpy.typing as npt
-from scipy.linalg import solve_banded
+
+from twin.mismatch.kalman import Filter, State, filter_of
+from twin.mismatch.wander import Wander
 
 FloatArray = npt.NDArray[np.float64]
 BoolArray = npt.NDArray[np.bool_]
@@ -38,8 +39,8 @@ class Noise:
         heavy_tailed: the twin errs by far more in a few samples than in all others, see `tamed`.
         together_s: samples over so long are taken as one, their mean; 0: each by itself.
         current_A: of the recorded current, from sample to sample; 0 where none is sure.
-        left_V: of what the likeliest current (`quiet`) is off by, through the twin's resistance.
-        left_s: time over which that forgets.
+        ohm: by which a twin answers to that.
+        left: of what the likeliest current (`quiet`) is off by, through that resistance.
     """
 
     white_V: float
@@ -50,13 +51,20 @@ class Noise:
     heavy_tailed: bool = False
     together_s: float = 0.0
     current_A: float = 0.0
-    left_V: float = 0.0
-    left_s: float = 1.0
+    ohm: float = 0.0
+    left: Wander | None = None
 
     @property
     def by_chance_V(self) -> float:
         """Of a sample, by the noise of voltage and current."""
-        return hypot(self.white_V, self.left_V)
+        return hypot(self.white_V, self.left.size_V if self.left else 0.0)
+
+    def through(self, ohm: float) -> "Noise":
+        """Of a twin that answers by so much to the noise of the current."""
+        if self.left is None:
+            return self
+        left = replace(self.left, size_V=self.left.size_V * ohm / self.ohm)
+        return replace(self, ohm=ohm, left=left)
 
     @property
     def own_V(self) -> float:
@@ -98,15 +106,13 @@ class Whitener:
         at: (j,) which samples of the recording are judged.
         first: (m,) where in `at` each mean begins.
         noise: what is expected of a sample.
-        bands: of the filter, see `_bands`.
-        deviation_V: (m,) of each mean, by those before it.
+        unexpected: of the means, what those before do not tell.
     """
 
     at: npt.NDArray[np.int64]
     first: npt.NDArray[np.int64]
     noise: Noise
-    bands: FloatArray
-    deviation_V: FloatArray
+    unexpected: Filter
 
     @property
     def samples(self) -> npt.NDArray[np.int64]:
@@ -120,12 +126,7 @@ class Whitener:
         """
         if not self.at.size:
             return columns[self.at]
-        x = means_from(columns[self.at], self.first)
-        below = self.bands.shape[0] - 1
-        given = np.zeros((below * x.shape[0], x.shape[1]))
-        given[below - 1 :: below] = x
-        innovations = solve_banded((below, 0), self.bands, given)[below - 1 :: below]
-        white = np.asarray(innovations / self.deviation_V[:, None])
+        white = self.unexpected(means_from(columns[self.at], self.first))
         return tamed(white) if self.noise.heavy_tailed else white
 
 
@@ -151,47 +152,36 @@ def whitener(
     drive = np.zeros(size) if current_A is None else means_from(current_A[at], first)
     drive = drive * sqrt(size) / max(float(np.linalg.norm(drive)), np.finfo(float).tiny)
     dt = np.diff(t)
-    wanders = [
-        _wanders(np.ones(size), dt, noise.slow_s, noise.slow_V),
-        _wanders(drive, dt, noise.along_s, noise.along_V),
-        _wanders(np.ones(size), dt, noise.left_s, noise.left_V),
+    states = [
+        _wanders(np.ones(size), dt, Wander(size_V=noise.slow_V, forgets_s=noise.slow_s)),
+        _wanders(drive, dt, Wander(size_V=noise.along_V, forgets_s=noise.along_s)),
+        *(_wanders(np.ones(size), dt, left) for left in (noise.left,) if left),
     ]
     if between is not None and size:
         kinds = between.walk_V, between.quick_V, between.paused_V
         walk, quick, paused = (means_from(v[at], first) for v in kinds)
         walk_s, paused_s = (v[at][first] for v in (between.walk_s, between.paused_s))
-        wanders += [
-            _State(walk, float(walk_s[0]), np.ones(dt.size), np.diff(walk_s)),
-            _wanders(quick, dt, between.quick_s, 1.0),
-            _wanders(paused, np.diff(paused_s), 1.0, 1.0),
+        states += [
+            _walks(walk, walk_s),
+            _wanders(quick, dt, Wander(size_V=1.0, forgets_s=between.quick_s)),
+            _wanders(paused, np.diff(paused_s), Wander(size_V=1.0, forgets_s=1.0)),
         ]
-    states = [s for s in wanders if s.drive.any() and (s.begun or s.added.any())]
     white = noise.white_V**2 / np.diff(np.append(first, at.size))
-    gains, deviation_V = _gains(states, white)
-    return Whitener(at, first, noise, _bands(states, gains), deviation_V)
+    return Whitener(at, first, noise, filter_of(states, white))
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class _State:
-    """One thing that wanders beneath m samples.
-
-    Attributes:
-        drive: (m,) of it in each of them.
-        begun: its variance at the first.
-        keep: (m - 1,) of it from a sample to the next.
-        added: (m - 1,) to its variance.
-    """
-
-    drive: FloatArray
-    begun: float
-    keep: FloatArray
-    added: FloatArray
+def _wanders(drive: FloatArray, dt: FloatArray, wander: Wander) -> State:
+    """In proportion to `drive` (m,)."""
+    keep = wander.keep(dt)
+    one = np.eye(keep.shape[-1])
+    added = wander.size_V**2 * (one - keep @ keep.transpose(0, 2, 1))
+    return State(np.outer(drive, one[0]), wander.size_V**2 * np.diag(one), keep, added)
 
 
-def _wanders(drive: FloatArray, dt: FloatArray, memory_s: float, size: float) -> _State:
-    """An Ornstein-Uhlenbeck process of such a standard deviation."""
-    keep = np.exp(-dt / memory_s)
-    return _State(drive, size**2, keep, size**2 * (1.0 - keep**2))
+def _walks(drive: FloatArray, walked_s: FloatArray) -> State:
+    """A random walk, its variance as large as the time (m,) it has walked."""
+    added = np.diff(walked_s)[:, None, None]
+    return State(drive[:, None], walked_s[:1], np.ones_like(added), added)
 
 
 def taken_together(time_s: FloatArray, together_s: float) -> npt.NDArray[np.int64]:
@@ -210,47 +200,6 @@ def means_from(values: FloatArray, first: npt.NDArray[np.int64]) -> FloatArray:
     """Means of the rows from each of `first` (m,) to the next."""
     counts = np.diff(np.append(first, values.shape[0])).reshape(-1, *[1] * (values.ndim - 1))
     return np.asarray(np.add.reduceat(values, first, axis=0) / counts)
-
-
-def _gains(states: Sequence[_State], white: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """(m, p) of each of p states by an innovation, and its deviation (m,): Riccati's recursion.
-
-    `white` (m,): of each sample the variance of its white noise [V2].
-    """
-    drives = _columns([s.drive for s in states], white.size)
-    added = _columns([s.added for s in states], white.size - 1)
-    keep = _columns([s.keep for s in states], white.size - 1)
-    keeps = keep[:, :, None] * keep[:, None, :]
-    gains, variance = np.empty(drives.shape), np.empty(white.size)
-    known = np.diag([s.begun for s in states])  # their covariance before a sample is seen
-    for k, (drive, own) in enumerate(zip(drives, white.tolist(), strict=True)):
-        along = known @ drive
-        variance[k] = drive @ along + own
-        gains[k] = along / variance[k]
-        if k < keeps.shape[0]:
-            known = keeps[k] * (known - gains[k][:, None] * along)
-            known.flat[:: known.shape[0] + 1] += added[k]
-    return gains, np.sqrt(variance)
-
-
-def _columns(of_states: Sequence[FloatArray], size: int) -> FloatArray:
-    return np.array(of_states).reshape(len(of_states), max(size, 0)).T
-
-
-def _bands(states: Sequence[_State], gains: FloatArray) -> FloatArray:
-    """(p + 2, (p + 1) m): the filter as equations in turn; row j is j below the diagonal.
-
-    For each sample x in turn: what is expected of each state s, and the innovation e,
-    s[n] = keep (s[n-1] + gain e[n-1]), e[n] = x[n] - sum of drive[n] s[n].
-    """
-    parts, every = len(states), len(states) + 1
-    bands = np.zeros((parts + 2, every * gains.shape[0]))
-    bands[0] = 1.0
-    for k, state in enumerate(states):
-        bands[parts - k, k::every] = state.drive
-        bands[every, k:-every:every] = -state.keep
-        bands[k + 1, parts:-every:every] = -state.keep * gains[:-1, k]
-    return bands
 
 
 def tamed(whitened: FloatArray) -> FloatArray:

@@ -11,16 +11,24 @@ from dataclasses import dataclass, replace
 from math import sqrt
 
 import numpy as np
-from scipy import sparse
+import numpy.typing as npt
 from scipy.linalg import cho_solve_banded, cholesky_banded
-from scipy.optimize import minimize_scalar
+from scipy.optimize import minimize
+from scipy.special import expit
 
 from twin.load import Load
 from twin.mismatch.flight import Flight, FloatArray
 from twin.mismatch.white import NORMAL, STEP
+from twin.pack import Pack
+from twin.simulate import simulate
 
-ORDERS = (1, 2)  # of the differences that are random: a current, or its rate of change, walks
-LOG_SIZES = (-15.0, 10.0)  # of their variance, over that of the noise
+IntArray = npt.NDArray[np.int64]
+
+BEGINS = [0.0, 2.0, 3.0], [-4.0, 2.0, 3.0]  # log of a size, logits of two shares
+LIMITS = (-18.0, 9.0), (-9.0, 9.0), (-9.0, 9.0)
+SMALL_A = 0.01  # of noise that is put in, so that the twin stays as it is
+CLOSE = 0.02  # of a point and a cost: a search ends
+PAUSE = 10.0  # times the median interval
 WAVES = 10_000  # frequencies
 
 
@@ -31,12 +39,14 @@ class Likeliest:
     Attributes:
         current_A: (n,) its mean.
         left_A: by which that may be off, standard deviation.
-        left_s: time over which it forgets that: slow noise is as large as it was in the record.
+        left_s: integral of the correlation of that over later times.
+        damping: of that as an oscillator (`Wander`).
     """
 
     current_A: FloatArray
     left_A: float
     left_s: float
+    damping: float | None
 
 
 def quieted(flight: Flight, noise_A: float) -> tuple[Flight, Likeliest]:
@@ -53,60 +63,87 @@ def quieted(flight: Flight, noise_A: float) -> tuple[Flight, Likeliest]:
     return replace(flight, load=load), found
 
 
-def likeliest(load: Load, noise_A: float) -> Likeliest:
-    """The mean of a current that walks at random, given its record in white noise.
+def answers_ohm(pack: Pack, load: Load) -> float:
+    """By how much a twin and its instruments answer to noise of a recorded current."""
+    noise_A = SMALL_A * np.random.default_rng(0).standard_normal(load.time_s.size)
+    noisy = replace(load, current_A=load.current_A + noise_A)
+    as_is_V, moved_V = (simulate(pack, own).voltage_V for own in (load, noisy))
+    n = min(as_is_V.size, moved_V.size)
+    return float(np.std(moved_V[:n] - as_is_V[:n]) / np.std(noise_A[:n])) if n else 0.0
 
-    Either the current walks or its rate of change does, and by as much as is likeliest by the
-    record. Where it was switched (STEP deviations of its differences, or more) it may have changed
-    by anything.
+
+def likeliest(load: Load, noise_A: float) -> Likeliest:
+    """The mean of a current given its record in white noise: Wiener's filter, as least squares.
+
+    A current z is taken to be autoregressive of second order, (1 - a L)(1 - b L) z = w about its
+    mean, L the step to the sample before; a, b (0 to 1) and the variance of w are the likeliest by
+    the record. Across a switch (STEP deviations of all changes, or more) and a PAUSE nothing is
+    expected of it.
     """
-    found = [(order, *_smoothed(load, order, noise_A)) for order in ORDERS]
-    order, _, size, mean_A = min(found, key=lambda f: f[1])
-    bend = (2.0 - 2.0 * np.cos(np.linspace(0.0, np.pi, WAVES))) ** order
-    left = float(np.mean(1.0 / (1.0 + bend / size)))  # of the variance of the noise
+    change_A, dt = np.abs(np.diff(load.current_A)), np.diff(load.time_s)
+    usual = change_A <= STEP * np.median(change_A) / NORMAL
+    usual &= dt < PAUSE * np.median(dt)
+    rows = np.flatnonzero(usual[1:] & usual[:-1])
+    mean_A = float(np.mean(load.current_A))
+    record = (load.current_A - mean_A) / noise_A
+
+    def at(point: FloatArray) -> tuple[float, FloatArray]:
+        return _given(record, _steps(point), rows, float(point[0]))
+
+    def cost(point: FloatArray) -> float:
+        return at(point)[0]
+
+    ends = [
+        minimize(cost, np.array(begin), method="Nelder-Mead", bounds=LIMITS, tol=CLOSE).x
+        for begin in BEGINS
+    ]
+    best = min(ends, key=cost)
+    left, steps_left, damping = _left(_steps(best), float(np.exp(best[0])))
     return Likeliest(
-        current_A=mean_A,
+        current_A=mean_A + noise_A * at(best)[1],
         left_A=noise_A * sqrt(left),
-        left_s=float(np.median(np.diff(load.time_s))) / (2.0 * left),
+        left_s=float(np.median(dt)) * steps_left,
+        damping=damping,
     )
 
 
-def _smoothed(load: Load, order: int, noise_A: float) -> tuple[float, float, FloatArray]:
-    """Minus twice the logarithm of the probability of the record, v / noise_A^2, mean current (n,).
+def _steps(point: FloatArray) -> FloatArray:
+    """(3,) of (1 - a L)(1 - b L), by the logits of a and b."""
+    a, b = expit(point[1:])
+    return np.array([1.0, -(a + b), a * b])
 
-    With the variance v of the differences D z of the current z that makes that least; z is of least
-    |z - recorded|^2 / noise_A^2 + |D z|^2 / v.
+
+def _given(
+    record: FloatArray, steps: FloatArray, rows: IntArray, log_size: float
+) -> tuple[float, FloatArray]:
+    """Minus twice the logarithm of the probability of a record (n,) in noise of 1, and its mean.
+
+    z is of least |z - record|^2 + |steps z|^2 / exp(log_size), the latter from `rows` on.
     """
-    differences = _differences(load, order)
-    gram = (differences.T @ differences).tocoo()
-    bands = np.stack([np.pad(gram.diagonal(-k), (0, k)) for k in range(order + 1)])
-    unit = np.zeros_like(bands)
-    unit[0] = 1.0
-
-    def at(log_size: float) -> tuple[float, FloatArray]:
-        factor = cholesky_banded(unit + np.exp(-log_size) * bands, lower=True)
-        mean_A = np.asarray(cho_solve_banded((factor, True), load.current_A))
-        left = float(load.current_A @ (load.current_A - mean_A)) / noise_A**2
-        dets = 2.0 * float(np.sum(np.log(factor[0]))) + log_size * differences.shape[0]
-        return left + dets, mean_A
-
-    best = minimize_scalar(lambda x: at(x)[0], bounds=LOG_SIZES, method="bounded")
-    cost, mean_A = at(float(best.x))
-    cost += differences.shape[0] * float(np.log(2.0 * np.pi * noise_A**2))
-    return cost, float(np.exp(best.x)), mean_A
+    bands = np.zeros((steps.size, record.size))
+    for later in range(steps.size):
+        for k in range(steps.size - later):
+            weight = steps[::-1][k] * steps[::-1][k + later]  # oldest first, as samples are
+            bands[later] += np.bincount(rows + k, np.full(rows.size, weight), record.size)
+    bands *= np.exp(-log_size)
+    bands[0] += 1.0
+    factor = cholesky_banded(bands, lower=True)
+    mean = np.asarray(cho_solve_banded((factor, True), record))
+    dets = 2.0 * float(np.sum(np.log(factor[0]))) + log_size * rows.size
+    return float(record @ (record - mean)) + dets, mean
 
 
-def _differences(load: Load, order: int) -> sparse.csr_array:
-    """(m, n) of a current, per median interval and where it was not switched; unit variance."""
-    dt = np.diff(load.time_s) / np.median(np.diff(load.time_s))
-    steps_A = np.abs(np.diff(load.current_A))
-    usual = steps_A <= STEP * np.median(steps_A) / NORMAL
-    n = load.time_s.size
-    one = sparse.csr_array(sparse.eye_array(n))
-    slopes = sparse.csr_array(sparse.diags_array(1.0 / dt) @ (one[1:] - one[:-1]))
-    if order == 1:
-        weights, rows, good = np.sqrt(dt), slopes, usual
-    else:
-        weights, rows = np.sqrt(2.0 / (dt[1:] + dt[:-1])), slopes[1:] - slopes[:-1]
-        good = usual[1:] & usual[:-1]
-    return sparse.csr_array(sparse.diags_array(weights[good]) @ rows[good])
+def _left(steps: FloatArray, size: float) -> tuple[float, float, float | None]:
+    """Of what the mean is off by: its variance, the integral of its correlation [steps], damping.
+
+    Its spectrum is size / (size + |steps|^2) of that of the noise, which is one of an
+    autoregressive process of second order: its poles are roots of that denominator.
+    """
+    turns = np.exp(-1j * np.outer(np.linspace(0.0, np.pi, WAVES), np.arange(steps.size)))
+    spectrum = size / (size + np.abs(turns @ steps) ** 2)
+    variance = float(np.mean(spectrum))
+    whole = np.correlate(steps, steps, mode="full")
+    whole[steps.size - 1] += size
+    rates = -np.log(sorted(np.roots(whole).astype(complex), key=abs)[: steps.size - 1])
+    swing = sqrt(float(np.prod(rates).real))
+    return variance, float(spectrum[0]) / (2.0 * variance), float(np.sum(rates).real) / (2 * swing)

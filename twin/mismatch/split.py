@@ -11,8 +11,9 @@ from twin.mismatch.flight import BoolArray, Flight, FloatArray, MismatchError
 from twin.mismatch.left import left_V, never_full
 from twin.mismatch.noise import Noise, Whitener, whitener
 from twin.mismatch.problem import Problem
-from twin.mismatch.quiet import quieted
+from twin.mismatch.quiet import answers_ohm, quieted
 from twin.mismatch.unseen import unseen
+from twin.mismatch.wander import Wander
 from twin.mismatch.white import LEAST_V, current_noise, step_V, white_V
 from twin.pack import Pack
 from twin.simulate import simulate
@@ -92,7 +93,8 @@ def as_seen(flight: Flight, slow_V: float | None) -> tuple[Flight, Noise]:
     If that is empty within the first half, by the voltage alone from there on.
     """
     residual_V, told = _by_the_twin(flight)
-    told, noise = _quieted(told, _expected(flight.pack.series, slow_V), residual_V)
+    expected = _expected(flight.pack.series, slow_V)
+    told, noise = _quieted(told, expected, never_full(flight.pack), residual_V)
     if noise.current_A:
         flight = replace(told, judged=flight.judged)
         residual_V, told = _by_the_twin(flight)
@@ -168,17 +170,13 @@ def sharpened(data: Data, best: Fitted, *, cliffs: bool = True) -> Data | None:
 
     finer = Data(of(best.problem, best.q, data.fitted), of(best.judge, best.ahead_q, data.held_out))
     alike = SHARPER < finer.noise_V / data.noise_V < 1.0 / SHARPER
-    same = alike and counted(finer) == counted(data) and _noises_A(finer) == _noises_A(data)
-    return None if same else finer
+    noisy = any(w.noise.current_A for _, w in (*finer.fitted, *finer.held_out))
+    return None if alike and counted(finer) == counted(data) and not noisy else finer
 
 
 def counted(data: Data) -> int:
     """Samples that count, of all recordings."""
     return sum(int(f.judged.sum()) for f, _ in (*data.fitted, *data.held_out))
-
-
-def _noises_A(data: Data) -> list[float]:
-    return [w.noise.current_A for _, w in (*data.fitted, *data.held_out)]
 
 
 def _without(beyond: BoolArray, flight: Flight) -> Flight:
@@ -190,25 +188,32 @@ def _by_what_is_left(
     flight: Flight, noise: Noise, pack: Pack, residual_V: FloatArray
 ) -> tuple[Flight, Whitener]:
     """With its noise as told by what the twin `pack` leaves, if that is less."""
-    flight, own = _quieted(flight, noise, residual_V)
+    flight, own = _quieted(flight, noise, pack, residual_V)
     if own is not noise:
         residual_V = left_V(flight, pack, simulate(pack, flight.load))
+    own = own.through(answers_ohm(pack, flight.load)) if own.left else own
     white = _white_V(flight, own, residual_V)
     if white is not None:
         own = replace(own, white_V=min(white, noise.white_V))
     return flight, _whitener(flight, own, pack)
 
 
-def _quieted(flight: Flight, noise: Noise, residual_V: FloatArray) -> tuple[Flight, Noise]:
-    """With the likeliest current, if the samples that count are sure that there is noise in it."""
+def _quieted(
+    flight: Flight, noise: Noise, pack: Pack, residual_V: FloatArray
+) -> tuple[Flight, Noise]:
+    """With the likeliest current, if the samples that count are sure that there is noise in it.
+
+    By what the twin `pack` leaves.
+    """
     at = flight.judged
     own_V = residual_V[at]
     told = current_noise(own_V, flight.voltage_V[at] - own_V, flight.load.current_A[at])
     if told is None or noise.current_A:  # once
         return flight, noise
     out, found = quieted(flight, told.size_A)
-    off_V = told.ohm * found.left_A
-    return out, replace(noise, current_A=told.size_A, left_V=off_V, left_s=found.left_s)
+    ohm = answers_ohm(pack, out.load)
+    left = Wander(size_V=ohm * found.left_A, forgets_s=found.left_s, damping=found.damping)
+    return out, replace(noise, current_A=told.size_A, ohm=ohm, left=left)
 
 
 def _white_V(flight: Flight, noise: Noise, residual_V: FloatArray) -> float | None:
@@ -216,8 +221,7 @@ def _white_V(flight: Flight, noise: Noise, residual_V: FloatArray) -> float | No
     counted = flight.judged
     dt = np.diff(flight.time_s[counted])
     period_s = float(np.median(dt)) if dt.size else 1.0
-    current_A, wanders = flight.load.current_A[counted], (noise.left_V, noise.left_s)
-    white = white_V(residual_V[counted], current_A, period_s, *wanders)
+    white = white_V(residual_V[counted], flight.load.current_A[counted], period_s, left=noise.left)
     return None if white is None else max(white, step_V(flight.voltage_V) / sqrt(12.0))
 
 

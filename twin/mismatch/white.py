@@ -1,10 +1,12 @@
 """White noise of a recording, by third differences: what is smooth cancels in them."""
 
 from dataclasses import dataclass
-from math import exp, sqrt
+from math import sqrt
 
 import numpy as np
 import numpy.typing as npt
+
+from twin.mismatch.wander import Wander
 
 FloatArray = npt.NDArray[np.float64]
 
@@ -20,14 +22,16 @@ MOSTLY, ABOUT = 0.95, 1.1  # what is taken for all of it, and for no more
 BY_CHANCE, SURE = 1.5, 25.0
 """Of what chance makes of residuals that follow nothing: most of it, and what it hardly ever makes
 of one number."""
+DEAF = 0.6
+"""Of what a twin answers, more than any effect takes from the pack's answer to a current: that did
+not flow."""
 STEP = 6.0  # deviations of third differences, beyond which a current was switched
 LEAST_FOLLOWING = 200  # third differences by which noise of the current is told
 
 
 def white_V(
-    residual_V: FloatArray, current_A: FloatArray, period_s: float,
-    wanders_V: float = 0.0, forgets_s: float = 1.0,
-) -> float | None:  # fmt: skip
+    residual_V: FloatArray, current_A: FloatArray, period_s: float, left: Wander | None = None
+) -> float | None:
     """Standard deviation of white noise as dense as that of residuals (n,) [V]; None of too few.
 
     From third differences: what is smooth cancels; what jumps with the current, as far as it is in
@@ -40,17 +44,21 @@ def white_V(
         residual_V: (n,)
         current_A: (n,)
         period_s: from sample to sample.
-        wanders_V: standard deviation of what else is in it, an Ornstein-Uhlenbeck process,
-        forgets_s: and time over which that forgets.
+        left: what wanders in it besides.
     """
     squares_V2 = []
     for size in (1, 2, 4, 8):
         spread_V = _spread_V(_means(residual_V, size), _means(current_A, size))
         if spread_V is not None and (size == 1 or size * period_s <= LONGEST_S):
-            follows = exp(-size * period_s / forgets_s) ** np.arange(OF_NOISE.size)
-            share = 2.0 * float(follows @ OF_NOISE) / OF_NOISE[0] - 1.0
-            squares_V2.append(size * (spread_V**2 - share * wanders_V**2))
+            other_V2 = _third_V2(left, size * period_s) if left else 0.0
+            squares_V2.append(size * (spread_V**2 - other_V2))
     return sqrt(max(*squares_V2, LEAST_V**2)) if squares_V2 else None
+
+
+def _third_V2(left: Wander, period_s: float) -> float:
+    """Variance of its third differences, over that of those of white noise of variance 1."""
+    follows = left.follows(period_s * np.arange(OF_NOISE.size, dtype=np.float64))
+    return float(left.size_V**2 * (2.0 * (follows @ OF_NOISE) / OF_NOISE[0] - 1.0))
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -75,7 +83,7 @@ def current_noise(
     residual and current then have the covariance R s^2 OF_NOISE, s that of the noise. None is taken
     for there unless that is sure, MOSTLY all by which the residual follows the current, beside what
     chance makes of so many numbers, and no more than either of both varies: an effect follows it
-    otherwise.
+    otherwise. Nor if the twin's answer may as well be off by a share, as of another resistance.
     """
     if residual_V.size < LEAST_FOLLOWING:
         return None
@@ -85,7 +93,7 @@ def current_noise(
     usual = np.abs(drive) <= STEP * np.median(np.abs(drive)) / NORMAL
     good = np.all([np.roll(usual, k) for k in lags], axis=0)
     good[:reach] = good[third.size - reach :] = False
-    if np.count_nonzero(good) < LEAST_FOLLOWING or not drive[good].any():
+    if np.count_nonzero(good) < LEAST_FOLLOWING or not (drive[good].any() and answer[good].any()):
         return None
     lagged = np.column_stack([np.roll(drive, k)[good] for k in lags])
     third, drive, answer = third[good], drive[good], answer[good]
@@ -99,9 +107,12 @@ def current_noise(
     else_V2 = float(whole @ across) - followed_V2 - BY_CHANCE * (lags.size - 1) * chance_V2
     alone = else_V2 < (1.0 - MOSTLY) * followed_V2 and followed_V2 > SURE * chance_V2
     ohm = -float(noise @ (lagged.T @ answer)) / float(noise @ (lagged.T @ drive))
-    most_W = min(ohm * float(drive @ drive), float(third @ third) / max(ohm, 1e-12)) / OF_NOISE[0]
+    whole_W = ohm * float(drive @ drive) / OF_NOISE[0]  # if all of the current is noise
+    most_W = min(whole_W, float(third @ third) / max(ohm, 1e-12) / OF_NOISE[0])
     about = ABOUT + 2.0 * sqrt(chance_V2 / followed_V2) if followed_V2 > 0.0 else 0.0
-    if not (alone and 0.0 < size_W < about * most_W):
+    alike_V2 = float(third @ answer) ** 2 / float(answer @ answer)  # if that is off by a share
+    told = size_W > DEAF * whole_W or followed_V2 - alike_V2 > SURE * chance_V2
+    if not (alone and told and 0.0 < size_W < about * most_W):
         return None
     return CurrentNoise(size_A=sqrt(min(size_W, most_W) / third.size / ohm), ohm=ohm)
 

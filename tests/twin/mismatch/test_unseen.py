@@ -69,9 +69,9 @@ def test_samples_that_were_added_for_the_twin_tell_nothing_of_the_current() -> N
         motion=np.full(fine.time_s.size, ""),
     )  # fmt: skip
     (_, one), (_, other) = (whitened(flight, 0.01) for flight in (whole, added))
-    assert other.deviation_V == pytest.approx(one.deviation_V, rel=1e-9)
-    forgotten = whitened(replace(added, recorded=None), 0.01)[1].deviation_V
-    assert forgotten[-1] < 0.9 * one.deviation_V[-1]
+    assert other.unexpected.deviation == pytest.approx(one.unexpected.deviation, rel=1e-9)
+    forgotten = whitened(replace(added, recorded=None), 0.01)[1].unexpected.deviation
+    assert forgotten[-1] < 0.9 * one.unexpected.deviation[-1]
 
 
 def test_thinned_currents_miss_the_end_of_a_discharge_by_what_is_said() -> None:
