@@ -3,6 +3,7 @@
 from dataclasses import dataclass
 
 import numpy as np
+import numpy.typing as npt
 
 from flightlogs.log import FloatArray
 from flightlogs.recording import Recording
@@ -23,6 +24,10 @@ REST_S = 10.0  # from the first voltage on: later the avionics have drawn charge
 REST_SAMPLES = 3
 BEYOND_V = 0.02  # a cell: what the voltage dividers of autopilots are off by anyway
 QUIET_RATE = 0.005  # C: what a cycler's channel reads at rest
+# Of the quantile of all currents that is STRONG: weaker ones may be the noise of a sensor at rest.
+WEAK, STRONG = 0.05, 0.95
+SURE = 3.0  # standard errors of a mean
+LAST_S = 2.0  # of a rest, whose mean voltage is taken
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -196,12 +201,31 @@ def _first_rest(table: LoadTable | None, capacity_C: float) -> Known | None:
     """The voltage at the end of the rest a table begins with; None if it begins with none [V]."""
     if table is None or table.voltage_V is None:
         return None
-    loaded = np.abs(table.current_A) > QUIET_RATE * capacity_C / 3600
-    before = int(np.argmax(loaded)) if loaded.any() else loaded.size
-    measured = table.voltage_V[:before][np.isfinite(table.voltage_V[:before])]
-    if not measured.size:
+    before = _resting(table.current_A, QUIET_RATE * capacity_C / 3600)
+    known = np.flatnonzero(np.isfinite(table.voltage_V[:before]))
+    if not known.size:
         return None
-    return Known(value=float(measured[-1]), origin="from the voltage at rest at the start")
+    last = known[table.time_s[known] >= table.time_s[known[-1]] - LAST_S]
+    value = float(np.mean(table.voltage_V[last]))
+    return Known(value=value, origin="from the voltage at rest at the start")
+
+
+def _resting(current_A: FloatArray, quiet_A: float) -> int:
+    """Samples (n,) before a load begins: all smaller than `quiet_A`, or weak and none on average.
+
+    So noise of the sensor is no load.
+    """
+    size_A = np.abs(current_A)
+    weak_A = WEAK * float(np.quantile(size_A, STRONG))
+    counts = [_before(size_A > most_A) for most_A in (quiet_A, max(quiet_A, weak_A))]
+    longer_A = current_A[: counts[1]]
+    error_A = SURE * float(np.std(longer_A)) / np.sqrt(max(longer_A.size, 1))
+    none = bool(longer_A.size) and abs(float(np.mean(longer_A))) < quiet_A + error_A
+    return counts[1] if none else counts[0]
+
+
+def _before(loaded: npt.NDArray[np.bool_]) -> int:
+    return int(np.argmax(loaded)) if loaded.any() else loaded.size
 
 
 def _median(values: FloatArray) -> float:

@@ -34,6 +34,7 @@ CLIMB_ERROR_SHARE = (
 )
 PLATEAU = 3  # equal samples in turn at the top
 STRONG = 10  # steps of strong currents elsewhere, to tell whether they stand still
+AFTER_S = 5.0
 STANDS_STILL = 0.2  # of the steps of strong currents: then equal samples are no plateau
 
 
@@ -174,6 +175,17 @@ def plateau(size_A: FloatArray) -> BoolArray:
     strong = (size_A[:-1] > 0.5 * top) & ~at_top[:-1]
     still = np.mean(np.diff(size_A)[strong] == 0) if strong.sum() >= STRONG else 1.0
     return none if np.max(stops - starts) < PLATEAU or still > STANDS_STILL else at_top
+
+
+def unsaturated(time_s: FloatArray, current_A: FloatArray) -> BoolArray:
+    """(n,) where a sensor shows all of the current, and has for so long that a voltage does too.
+
+    After a `plateau` a pack answers for AFTER_S to what was not seen.
+    """
+    ends_s = time_s[plateau(current_A)]
+    before = np.searchsorted(ends_s, time_s, side="right") - 1
+    since_s = time_s - ends_s[before] if ends_s.size else np.full(time_s.size, np.inf)
+    return np.asarray((before < 0) | (since_s > AFTER_S))
 
 
 def saturation_warning(current_A: FloatArray, where: str) -> LogWarning | None:

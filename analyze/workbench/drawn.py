@@ -20,7 +20,7 @@ from analyze.pipeline import Source, read_flight
 from analyze.replaying import judged_of, load_of
 from analyze.start import pack_of, pack_use
 from flightlogs.errors import LogError
-from flightlogs.quality import saturation_warning
+from flightlogs.quality import saturation_warning, unsaturated
 from reports.flight import PackUse
 from reports.quantity import ampere_hours, celsius, fixed
 from segment import Segment, cut
@@ -31,6 +31,7 @@ from twin.load import Between, Load, LoadError
 from twin.load_csv import LoadTable, read_load_csv
 from twin.pack import Pack, PackError
 from twin.protocol import ProtocolError
+from twin.renewed import renewed
 
 FloatArray = npt.NDArray[np.float64]
 
@@ -138,17 +139,19 @@ def _of_csv(ask: Ask, choice: PackChoice) -> Drawn:
             table = read_load_csv(stream, name=name)
     except UnicodeDecodeError as e:
         raise LoadError(f"{name}: neither a flight log nor a CSV") from e
+    between = Between(ask.between)
+    measured = between is Between.LINEAR  # programmed steps stand at their largest as they please
     table = _without(table, ask.concealed)
+    table = renewed(table) if measured else table
     cell, remarks = cell_of(choice.cell)
     use = pack_use(None, choice.file, cell, builtin=isinstance(choice.cell, str), table=table)
-    n, between = table.time_s.size, Between(ask.between)
-    measured = between is Between.LINEAR  # programmed steps stand at their largest as they please
+    n = table.time_s.size
     saturated = saturation_warning(table.current_A, name) if measured else None
     return Drawn(
         name=name,
         load=table.load(between=between, ambient_K=use.ambient_K),
         recorded_V=np.full(n, np.nan) if table.voltage_V is None else table.voltage_V,
-        judged=np.ones(n, dtype=bool),
+        judged=unsaturated(table.time_s, table.current_A) if measured else np.ones(n, dtype=bool),
         pack=pack_of(use, cell),
         use=use,
         doubts=(*table.remarks, *([saturated.message] if saturated else []), *remarks),

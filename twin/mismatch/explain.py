@@ -51,8 +51,8 @@ def explain(  # noqa: PLR0913
     data = split(fitted, held_out, slow_V=slow_V)
     most = {"most_effects": 1, "most_alone": SHORT} if short else {}
     found = models(data, hypotheses, progress=progress, **most)
-    told, best = data, found[0].fitted
-    if not short and (finer := sharpened(data, best, cliffs=slow_V is not None)):
+    best = found[0].fitted
+    if not short and (finer := sharpened(data, best, stated=slow_V is not None)):
         data, found = finer, models(finer, hypotheses, progress=progress)
     scale = scale_of(m.fitted for m in found)
     null = next(m for m in found if not m.ids)
@@ -85,7 +85,7 @@ def explain(  # noqa: PLR0913
             *(_of_none(found[0], null) if decision.verdict is Verdict.NONE else ()),
             *_noisy(data),
             *_paused((*fitted, *held_out)),
-            *_empty(told, data),
+            *_left_out(data),
         ),
     )
 
@@ -114,11 +114,17 @@ def _paused(flights: Sequence[Flight]) -> Iterator[str]:
             )
 
 
-def _empty(told: Data, data: Data) -> Iterator[str]:
-    if gone := counted(told) - counted(data):
+def _left_out(data: Data) -> Iterator[str]:
+    whole = counted(data) + data.beyond + data.alone
+    if data.beyond:
         yield (
-            f"{gone} of {counted(told)} samples do not count: a cell is beyond its cut-off there, "
+            f"{data.beyond} of {whole} samples do not count: a cell is beyond its cut-off there, "
             "where a thousandth of its charge decides over a volt"
+        )
+    if data.alone:
+        yield (
+            f"{data.alone} of {whole} samples do not count: each stands alone, far from the "
+            "voltages before and after it"
         )
 
 

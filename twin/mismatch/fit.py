@@ -35,10 +35,18 @@ class Data:
     """What is fitted and what is held out: each flight with its whitener.
 
     A flight may be in both, with other samples judged in each.
+
+    Attributes:
+        fitted: by which numbers are told.
+        held_out: by which they are judged.
+        beyond: samples that do not count, since a cell is beyond its cut-off there,
+        alone: and since they stand alone, far from those before and after.
     """
 
     fitted: tuple[tuple[Flight, Whitener], ...]
     held_out: tuple[tuple[Flight, Whitener], ...]
+    beyond: int = 0
+    alone: int = 0
 
     @property
     def noise_V(self) -> float:
@@ -54,7 +62,7 @@ class Data:
             tuple((f, replace(w, noise=replace(w.noise, heavy_tailed=False))) for f, w in own)
             for own in (self.fitted, self.held_out)
         )
-        return Data(fitted, held_out)
+        return replace(self, fitted=fitted, held_out=held_out)
 
     def problems(self, hypotheses: Sequence[Hypothesis]) -> tuple[Problem, Problem]:
         """Of the fitted and of the held-out recordings."""

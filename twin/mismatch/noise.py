@@ -41,6 +41,7 @@ class Noise:
         current_A: of the recorded current, from sample to sample; 0 where none is sure.
         ohm: by which a twin answers to that.
         left: of what the likeliest current (`quiet`) is off by, through that resistance.
+        smooth: of the voltage, which was filtered before it was logged (`coloured`).
     """
 
     white_V: float
@@ -53,11 +54,12 @@ class Noise:
     current_A: float = 0.0
     ohm: float = 0.0
     left: Wander | None = None
+    smooth: Wander | None = None
 
     @property
     def by_chance_V(self) -> float:
         """Of a sample, by the noise of voltage and current."""
-        return hypot(self.white_V, self.left.size_V if self.left else 0.0)
+        return hypot(self.white_V, *(w.size_V for w in (self.left, self.smooth) if w))
 
     def through(self, ohm: float) -> "Noise":
         """Of a twin that answers by so much to the noise of the current."""
@@ -155,7 +157,7 @@ def whitener(
     states = [
         _wanders(np.ones(size), dt, Wander(size_V=noise.slow_V, forgets_s=noise.slow_s)),
         _wanders(drive, dt, Wander(size_V=noise.along_V, forgets_s=noise.along_s)),
-        *(_wanders(np.ones(size), dt, left) for left in (noise.left,) if left),
+        *(_wanders(np.ones(size), dt, left) for left in (noise.left, noise.smooth) if left),
     ]
     if between is not None and size:
         kinds = between.walk_V, between.quick_V, between.paused_V

@@ -1,11 +1,12 @@
 """What is fitted and what is judged: whole recordings if there are several, else blocks of one."""
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from math import sqrt
 
 import numpy as np
 
+from twin.mismatch.coloured import smooth_noise
 from twin.mismatch.fit import Data, Fitted
 from twin.mismatch.flight import BoolArray, Flight, FloatArray, MismatchError
 from twin.mismatch.left import left_V, never_full
@@ -41,6 +42,7 @@ BLOCKS = 7
 as a weak cell does, is in the last block alone, and no fit knows of it where that is held out."""
 GAP_S = 5.0  # between blocks, longer than what is remembered in the fast part of a residual
 FEW_BEYOND = 0.05  # of the samples
+ALONE = (6.0, 3.0)  # deviations: of a sample more, of its neighbours less
 SHARPER = 0.9  # of the noise that was thought, or its inverse
 LEAST_SAMPLES = 50
 LEAST_OF_A_PART = 5  # of a single recording: what is fitted of it, and what is held out
@@ -66,9 +68,11 @@ def split(
     if not held_out and len(fitted) > 1:
         fitted, held_out = fitted[:-1], fitted[-1:]
     if held_out:
-        return Data(*(tuple(whitened(f, slow_V) for f in part) for part in (fitted, held_out)))
+        own, ahead = (tuple(whitened(f, slow_V) for f in part) for part in (fitted, held_out))
+        return Data(own, ahead)
     whole, noise = as_seen(fitted[0], slow_V)
-    return Data(*(((part, _whitener(part, noise)),) for part in _blocks(whole)))
+    own, ahead = (((part, _whitener(part, noise)),) for part in _blocks(whole))
+    return Data(own, ahead)
 
 
 def check(flight: Flight) -> None:
@@ -148,30 +152,38 @@ def _whitener(flight: Flight, noise: Noise, pack: Pack | None = None) -> Whitene
     return whitener(flight.time_s, flight.judged, noise, flight.load.current_A, between)
 
 
-def sharpened(data: Data, best: Fitted, *, cliffs: bool = True) -> Data | None:
+def sharpened(data: Data, best: Fitted, *, stated: bool = True) -> Data | None:
     """With the noise by what `best` leaves; None if that is hardly another than it was.
 
     What follows the current in a way that the twin as configured has not looks like noise at first,
-    and conceals what the noise of the current does. Without `cliffs` samples do not count at which
-    a cell of that twin is beyond its cut-off, if they are few: a volt is lost there within seconds,
-    and a thousandth of the charge decides when.
+    and conceals what the noise of the current does. Unless an error of the twin is `stated`, some
+    samples do not count, if they are few: those at which a cell of that twin is beyond its cut-off
+    (a volt is lost there within seconds, and a thousandth of the charge decides when), and those
+    that stand alone.
     """
+    out: list[tuple[BoolArray, BoolArray]] = []
 
     def of(
         problem: Problem, q: FloatArray, own: tuple[tuple[Flight, Whitener], ...]
-    ) -> tuple[tuple[Flight, Whitener], ...]:
-        if not cliffs:
-            beyond = [problem.beyond(q, k) for k in range(len(own))]
-            own = tuple((_without(b, f), w) for b, (f, w) in zip(beyond, own, strict=True))
-        return tuple(
-            _by_what_is_left(flight, w.noise, problem.pack(q, k), problem.residual_V(q, k))
-            for k, (flight, w) in enumerate(own)
-        )
+    ) -> Iterator[tuple[Flight, Whitener]]:
+        for k, (flight, w) in enumerate(own):
+            left = problem.residual_V(q, k)
+            beyond = alone = np.zeros_like(flight.judged)
+            if not stated:
+                beyond = _few(problem.beyond(q, k), flight)
+                alone = _few(_standing_alone(w, left) & ~beyond, flight)
+            out.append((beyond, alone))
+            kept = replace(flight, judged=flight.judged & ~(beyond | alone))
+            yield _by_what_is_left(kept, w.noise, problem.pack(q, k), left)
 
-    finer = Data(of(best.problem, best.q, data.fitted), of(best.judge, best.ahead_q, data.held_out))
+    fitted = tuple(of(best.problem, best.q, data.fitted))
+    held_out = tuple(of(best.judge, best.ahead_q, data.held_out))
+    beyond, alone = (sum(int(own.sum()) for own in kind) for kind in zip(*out, strict=True))
+    finer = Data(fitted, held_out, beyond, alone)
     alike = SHARPER < finer.noise_V / data.noise_V < 1.0 / SHARPER
-    noisy = any(w.noise.current_A for _, w in (*finer.fitted, *finer.held_out))
-    return None if alike and counted(finer) == counted(data) and not noisy else finer
+    noises = [w.noise for _, w in (*finer.fitted, *finer.held_out)]
+    white = not any(noise.current_A or noise.smooth for noise in noises)
+    return None if alike and white and not beyond + alone else finer
 
 
 def counted(data: Data) -> int:
@@ -179,9 +191,21 @@ def counted(data: Data) -> int:
     return sum(int(f.judged.sum()) for f, _ in (*data.fitted, *data.held_out))
 
 
-def _without(beyond: BoolArray, flight: Flight) -> Flight:
-    few = np.count_nonzero(flight.judged & beyond) <= FEW_BEYOND * np.count_nonzero(flight.judged)
-    return replace(flight, judged=flight.judged & ~beyond) if few else flight
+def _few(some: BoolArray, flight: Flight) -> BoolArray:
+    """Those that count, none if they are no few."""
+    own = flight.judged & some
+    few = np.count_nonzero(own) <= FEW_BEYOND * np.count_nonzero(flight.judged)
+    return own if few else np.zeros_like(own)
+
+
+def _standing_alone(whiten: Whitener, residual_V: FloatArray) -> BoolArray:
+    """(n,) samples far from what those before tell, unlike their neighbours."""
+    size = np.abs(whiten(residual_V[:, None])[:, 0])
+    out = np.zeros(residual_V.size, dtype=bool)
+    if size.size == whiten.at.size > 1:
+        beside = np.maximum(np.append(size[1:], 0.0), np.append(0.0, size[:-1]))
+        out[whiten.at] = (size > ALONE[0]) & (beside < ALONE[1])
+    return out
 
 
 def _by_what_is_left(
@@ -195,7 +219,17 @@ def _by_what_is_left(
     white = _white_V(flight, own, residual_V)
     if white is not None:
         own = replace(own, white_V=min(white, noise.white_V))
-    return flight, _whitener(flight, own, pack)
+    return flight, _whitener(flight, _coloured(flight, own, residual_V), pack)
+
+
+def _coloured(flight: Flight, noise: Noise, residual_V: FloatArray) -> Noise:
+    """With its colour; none where an error is stated."""
+    at = flight.judged
+    if noise.heavy_tailed or np.count_nonzero(at) < LEAST_SAMPLES:
+        return noise
+    period_s = float(np.median(np.diff(flight.time_s[at])))
+    told = smooth_noise(residual_V[at], flight.load.current_A[at], period_s, noise.left)
+    return replace(noise, white_V=told[0], smooth=told[1]) if told else noise
 
 
 def _quieted(

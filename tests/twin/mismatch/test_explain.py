@@ -392,9 +392,9 @@ def test_samples_beyond_a_cut_off_are_looked_for_unless_an_error_is_stated(
     """Also where the likeliest leave nothing but noise: a cliff may have made them likely."""
     asked: list[bool] = []
 
-    def noted(data: Data, best: Fitted, *, cliffs: bool = True) -> Data | None:
-        asked.append(cliffs)
-        return sharpened(data, best, cliffs=cliffs)
+    def noted(data: Data, best: Fitted, *, stated: bool = True) -> Data | None:
+        asked.append(stated)
+        return sharpened(data, best, stated=stated)
 
     monkeypatch.setattr(import_module("twin.mismatch.explain"), "sharpened", noted)
     offsets = [h for h in HYPOTHESES if h.id == "current_offset"]

@@ -116,8 +116,8 @@ def test_samples_beyond_a_cut_off_do_not_count_where_they_are_few() -> None:
     cell_V = (flight.voltage_V - best.problem.residual_V(best.q, 0)) / 4
     assert np.array_equal(beyond, cell_V < least_V)
     assert 0 < np.count_nonzero(beyond) < 0.05 * beyond.size
-    finer = sharpened(data, best, cliffs=False)
+    finer = sharpened(data, best, stated=False)
     assert finer is not None
     assert np.array_equal(finer.fitted[0][0].judged, ~beyond)
     assert counted(finer) < counted(data)
-    assert sharpened(data, best, cliffs=True) is None
+    assert sharpened(data, best, stated=True) is None
