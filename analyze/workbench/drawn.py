@@ -116,7 +116,7 @@ def _of_log(log: Path, ask: Ask, choice: PackChoice) -> Drawn:
         name=printable(log.name),
         load=load_of(recording, flight.use),
         recorded_V=recording.voltage_V,
-        judged=judged_of(recording),
+        judged=judged_of(recording) & unsaturated(recording.time_s, recording.current_A),
         pack=pack_of(flight.use, flight.cell),
         use=flight.use,
         doubts=tuple(w.message for w in recording.warnings),

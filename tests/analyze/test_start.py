@@ -9,6 +9,8 @@ import pytest
 from analyze.pack_choice import cell_of, read_pack
 from analyze.start import pack_of, pack_use, rest_voltage
 from tests.reports import example
+from twin.at_rest import open_circuit_V
+from twin.load_csv import LoadTable
 from twin.pack_file import parse_pack_file
 
 CELL, _ = cell_of("lipo_2200")
@@ -167,3 +169,19 @@ def test_a_pack_file_that_begins_with_a_byte_order_mark_is_read(tmp_path: Path) 
         (tmp_path / f"{name}.toml").write_text(text, encoding=encoding)
     plain, marked = (read_pack(tmp_path / f"{name}.toml") for name in ("plain", "marked"))
     assert marked == plain
+
+
+@pytest.mark.parametrize(("idle_A", "at_rest"), [(0.0, True), (0.4, False)])
+def test_noise_of_a_sensor_at_rest_is_no_load(idle_A: float, at_rest: bool) -> None:  # noqa: FBT001
+    """A first sample of 0.1 A was one, and the pack was taken to be full."""
+    random, t = np.random.default_rng(4), np.arange(0.0, 60.0, 0.1)
+    current_A = np.where(t < 5.0, idle_A, 10.0) + random.normal(0.0, 0.1, t.size)
+    voltage_V = 16.4 - 0.02 * current_A + random.normal(0.0, 5e-3, t.size)
+    table = LoadTable(time_s=t, current_A=current_A, voltage_V=voltage_V)
+    file = replace_series(4)
+    start = file.start.model_copy(update={"soc": None})
+    use = pack_use(None, file.model_copy(update={"start": start}), CELL, builtin=True, table=table)
+    assert use.soc_by_rest is at_rest
+    if at_rest:
+        full = 4 * open_circuit_V(CELL, use.initial_soc)
+        assert full == pytest.approx(16.4, abs=5e-3)

@@ -12,7 +12,7 @@ import numpy.typing as npt
 
 FloatArray = npt.NDArray[np.float64]
 
-NOT_CRITICAL = 1e-6  # a damping of exactly 1 has a form of its own, which this is near enough
+NOT_CRITICAL = 1e-4  # a damping of exactly 1 has a form of its own, which this is near enough
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -38,7 +38,8 @@ class Wander:
         if self.damping is None:
             return np.asarray(np.exp(-dt / self.forgets_s)[:, None, None])
         x = 2.0 * self.damping / self.forgets_s * dt
-        root = np.sqrt(complex(self.damping**2 - 1.0 + NOT_CRITICAL))
+        root = np.sqrt(complex(self.damping**2 - 1.0))
+        root = root if abs(root) > NOT_CRITICAL else NOT_CRITICAL
         slow, fast = (np.exp((sign * root - self.damping) * x) for sign in (1.0, -1.0))
         both, apart = ((slow + fast) / 2).real, ((slow - fast) / (2 * root)).real
         turned = np.array([[self.damping, 1.0], [-1.0, -self.damping]])

@@ -121,3 +121,26 @@ def test_samples_beyond_a_cut_off_do_not_count_where_they_are_few() -> None:
     assert np.array_equal(finer.fitted[0][0].judged, ~beyond)
     assert counted(finer) < counted(data)
     assert sharpened(data, best, stated=True) is None
+
+
+def test_samples_that_stand_alone_do_not_count_and_a_stretch_that_is_off_does() -> None:
+    """As six of 50 to 300 mV in three flights, with which nothing was said of a weak cell."""
+    flights = [flown(seed=seed, noise_V=4e-3) for seed in (1, 2)]
+    random = np.random.default_rng(9)
+    off_V = np.zeros(flights[0].voltage_V.size)
+    at = random.choice(off_V.size // 20, 6, replace=False) * 20 + 5
+    off_V[at] = random.choice([-0.1, 0.15, 0.3], 6)
+    spoiled = replace(flights[0], voltage_V=flights[0].voltage_V + off_V)
+    data = split([spoiled], [flights[1]])
+    finer = sharpened(data, fit(data, []), stated=False)
+    assert finer is not None
+    assert set(np.flatnonzero(~finer.fitted[0][0].judged)) >= set(at.tolist())
+    assert finer.alone - at.size <= 1
+    assert finer.beyond == 0
+    stated = sharpened(data, fit(data, []), stated=True)
+    assert stated is None or stated.alone == 0
+    off_V[at[0] : at[0] + 40] = 0.1
+    stretch = replace(flights[0], voltage_V=flights[0].voltage_V + off_V)
+    own = split([stretch], [flights[1]])
+    kept = sharpened(own, fit(own, []), stated=False)
+    assert kept is None or kept.fitted[0][0].judged[at[0] + 1 : at[0] + 39].all()
