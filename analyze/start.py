@@ -218,9 +218,11 @@ def _resting(current_A: FloatArray, quiet_A: float) -> int:
     size_A = np.abs(current_A)
     weak_A = WEAK * float(np.quantile(size_A, STRONG))
     counts = [_before(size_A > most_A) for most_A in (quiet_A, max(quiet_A, weak_A))]
+    if counts[1] == counts[0]:
+        return counts[0]
     longer_A = current_A[: counts[1]]
-    error_A = SURE * float(np.std(longer_A)) / np.sqrt(max(longer_A.size, 1))
-    none = bool(longer_A.size) and abs(float(np.mean(longer_A))) < quiet_A + error_A
+    error_A = SURE * float(np.std(longer_A)) / np.sqrt(longer_A.size)
+    none = abs(float(np.mean(longer_A))) < quiet_A + error_A
     return counts[1] if none else counts[0]
 
 

@@ -16,7 +16,9 @@ from twin.mismatch.white import LONGEST_S, NORMAL, REACH
 LEAST_HZ = 0.1  # slower is physics
 SLOW_S = 5.0  # before and after, whose mean is taken out
 LEAST_SAMPLES = 200
+SLOWEST_S = 1.5  # that a filter of a logger forgets over; what ends there is something else
 GAIN = 10.0  # of the logarithm of a probability: less is no colour
+NEARLY = 0.95
 BEGINS_S = (0.15, 0.4, 0.9)
 FAR = 5.0  # deviations: there a sample is no noise
 LEAST_WHITE = 0.3
@@ -49,7 +51,7 @@ def smooth_noise(
         return float(np.sum(np.log(own) + power / own))
 
     sizes = [tuple(log(whole) + np.log(e)) for e in ((1e-4, 3.0), (1e-3, 50.0))]
-    bounds = [*sizes, (log(period_s / 2.0), log(LONGEST_S))]
+    bounds = [*sizes, (log(period_s / 2.0), log(SLOWEST_S))]
     found = [
         minimize(cost, np.log([0.3 * whole, whole, s]), method="L-BFGS-B", bounds=bounds)
         for s in BEGINS_S
@@ -57,9 +59,9 @@ def smooth_noise(
     best = min(found, key=lambda f: float(f.fun))
     least = np.array([sizes[1][0], bounds[2][0]])
     white = minimize_scalar(lambda w: cost(np.append(w, least)), bounds=sizes[0], method="bounded")
-    if float(white.fun) - float(best.fun) < GAIN:
-        return None
     white_V, smooth_V, forgets_s = np.exp(best.x / [2.0, 2.0, 1.0]).tolist()
+    if float(white.fun) - float(best.fun) < GAIN or forgets_s > NEARLY * SLOWEST_S:
+        return None
     return max(white_V, LEAST_WHITE * smooth_V), Wander(size_V=smooth_V, forgets_s=forgets_s)
 
 
