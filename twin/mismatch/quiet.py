@@ -46,7 +46,7 @@ class Likeliest:
     current_A: FloatArray
     left_A: float
     left_s: float
-    damping: float | None
+    damping: float
 
 
 def quieted(flight: Flight, noise_A: float) -> tuple[Flight, Likeliest]:
@@ -133,7 +133,7 @@ def _given(
     return float(record @ (record - mean)) + dets, mean
 
 
-def _left(steps: FloatArray, size: float) -> tuple[float, float, float | None]:
+def _left(steps: FloatArray, size: float) -> tuple[float, float, float]:
     """Of what the mean is off by: its variance, the integral of its correlation [steps], damping.
 
     Its spectrum is size / (size + |steps|^2) of that of the noise, which is one of an
