@@ -11,7 +11,7 @@ TOGETHER = 0.6
 """Correlation of what a current and a voltage repeat: of two that are rounded, and a current that
 holds, it is small; of a line that is written again it is 1 but for what rounding repeats."""
 LEAST = 0.05  # of the lines under load
-LEAST_LINES = 50
+LEAST_LINES = 100  # fewer are kept: what is left would be too short to judge
 
 
 def renewed(table: LoadTable) -> LoadTable:
