@@ -34,7 +34,7 @@ CLIMB_ERROR_SHARE = (
 )
 PLATEAU = 3  # equal samples in turn at the top
 STRONG = 10  # steps of strong currents elsewhere, to tell whether they stand still
-AFTER_S = 5.0
+AFTER_S = 5.0  # for so long a voltage answers to what a sensor at its end did not show
 STANDS_STILL = 0.2  # of the steps of strong currents: then equal samples are no plateau
 
 
@@ -196,7 +196,8 @@ def saturation_warning(current_A: FloatArray, where: str) -> LogWarning | None:
     return LogWarning(
         "current_saturated",
         f"{count} samples stand at {np.nanmax(current_A):.1f} A, the most that the current sensor "
-        "shows: more may have flowed there, and neither charge nor damage counts it",
+        "shows: more may have flowed there, and neither charge nor damage counts it; "
+        f"`twin` does not judge the voltage there, nor for {AFTER_S:g} s after",
         where,
     )
 

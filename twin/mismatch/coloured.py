@@ -16,9 +16,9 @@ from twin.mismatch.white import LONGEST_S, NORMAL, REACH
 LEAST_HZ = 0.1  # slower is physics
 SLOW_S = 5.0  # before and after, whose mean is taken out
 LEAST_SAMPLES = 200
-SLOWEST_S = 1.5  # that a filter of a logger forgets over; what ends there is something else
+SLOWEST_S = 1.5  # that a filter of a logger forgets over; a search that ends there found no filter
 GAIN = 10.0  # of the logarithm of a probability: less is no colour
-NEARLY = 0.95
+NEARLY = 0.95  # of that: it ends there
 BEGINS_S = (0.15, 0.4, 0.9)
 FAR = 5.0  # deviations: there a sample is no noise
 LEAST_WHITE = 0.3
@@ -74,7 +74,7 @@ def _spectrum(wander: Wander, samples: int, period_s: float) -> FloatArray:
 
 def _alone(residual_V: FloatArray, current_A: FloatArray, period_s: float) -> FloatArray:
     """(n,) without what is slow, and what follows the current."""
-    width = 2 * max(round(SLOW_S / period_s), 1) + 1
+    width = 2 * min(max(round(SLOW_S / period_s), 1), (residual_V.size - 1) // 2) + 1
     counts = np.convolve(np.ones(residual_V.size), np.ones(width), mode="same")
 
     def quick(values: FloatArray) -> FloatArray:

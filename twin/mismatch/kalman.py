@@ -9,7 +9,7 @@ from dataclasses import dataclass
 
 import numpy as np
 import numpy.typing as npt
-from scipy.linalg import block_diag, solve_banded
+from scipy.linalg import solve_banded
 
 FloatArray = npt.NDArray[np.float64]
 
@@ -62,27 +62,28 @@ def filter_of(states: Sequence[State], white: FloatArray) -> Filter:
     """`white` (m,): of each sample the variance of its white noise."""
     own = [s for s in states if not s.idle]
     drive = np.hstack([np.empty((white.size, 0)), *(s.drive for s in own)])
-    keep, added = (_blocks(a, white.size) for a in ([s.keep for s in own], [s.added for s in own]))
+    steps = max(white.size - 1, 0)
+    keep, added = (_blocks(a, steps) for a in ([s.keep for s in own], [s.added for s in own]))
     known = np.diag(np.concatenate([np.empty(0), *(s.begun for s in own)]))
     gains, variance = np.empty(drive.shape), np.empty(white.size)
     for k in range(white.size):  # Riccati's recursion; `known`: before a sample is seen
         along = known @ drive[k]
         variance[k] = drive[k] @ along + white[k]
         gains[k] = along / variance[k]
-        if k < white.size - 1:
+        if k < steps:
             known = keep[k] @ (known - gains[k][:, None] * along) @ keep[k].T + added[k]
     widest = max((s.begun.size for s in own), default=1)
     bands = _bands(drive, keep, np.einsum("nij,nj->ni", keep, gains[:-1]), widest)
     return Filter(bands, drive.shape[1] + 1, np.sqrt(variance))
 
 
-def _blocks(of_states: Sequence[FloatArray], samples: int) -> FloatArray:
-    """(m - 1, p, p) with those of each state on the diagonal."""
-    if not of_states:
-        return np.empty((max(samples - 1, 0), 0, 0))
-    return np.array([block_diag(*own) for own in zip(*of_states, strict=True)]).reshape(
-        samples - 1, *2 * (sum(a.shape[-1] for a in of_states),)
-    )
+def _blocks(of_states: Sequence[FloatArray], steps: int) -> FloatArray:
+    """(steps, p, p) with those (steps, s, s) of each state on the diagonal."""
+    ends = np.cumsum([0, *(own.shape[-1] for own in of_states)]).tolist()
+    out = np.zeros((steps, ends[-1], ends[-1]))
+    for own, begin, end in zip(of_states, ends[:-1], ends[1:], strict=True):
+        out[:, begin:end, begin:end] = own
+    return out
 
 
 def _bands(drive: FloatArray, keep: FloatArray, gained: FloatArray, widest: int) -> FloatArray:

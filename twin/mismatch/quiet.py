@@ -18,6 +18,7 @@ from scipy.special import expit
 
 from twin.load import Load
 from twin.mismatch.flight import Flight, FloatArray
+from twin.mismatch.pauses import LONG
 from twin.mismatch.white import NORMAL, STEP
 from twin.pack import Pack
 from twin.simulate import simulate
@@ -28,7 +29,6 @@ BEGINS = [0.0, 2.0, 3.0], [-4.0, 2.0, 3.0]  # log of a size, logits of two share
 LIMITS = (-18.0, 9.0), (-9.0, 9.0), (-9.0, 9.0)
 SMALL_A = 0.01  # of noise that is put in, so that the twin stays as it is
 CLOSE = 0.02  # of a point and a cost: a search ends
-PAUSE = 10.0  # times the median interval
 WAVES = 10_000  # frequencies
 
 
@@ -77,12 +77,12 @@ def likeliest(load: Load, noise_A: float) -> Likeliest:
 
     A current z is taken to be autoregressive of second order, (1 - a L)(1 - b L) z = w about its
     mean, L the step to the sample before; a, b (0 to 1) and the variance of w are the likeliest by
-    the record. Across a switch (STEP deviations of all changes, or more) and a PAUSE nothing is
+    the record. Across a switch (STEP deviations of all changes, or more) and a pause nothing is
     expected of it.
     """
     change_A, dt = np.abs(np.diff(load.current_A)), np.diff(load.time_s)
     usual = change_A <= STEP * np.median(change_A) / NORMAL
-    usual &= dt < PAUSE * np.median(dt)
+    usual &= dt <= LONG * np.median(dt)
     rows = np.flatnonzero(usual[1:] & usual[:-1])
     mean_A = float(np.mean(load.current_A))
     record = (load.current_A - mean_A) / noise_A

@@ -1,6 +1,6 @@
 """What is fitted and what is judged: whole recordings if there are several, else blocks of one."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
 from math import sqrt
 
@@ -47,6 +47,8 @@ SHARPER = 0.9  # of the noise that was thought, or its inverse
 LEAST_SAMPLES = 50
 LEAST_OF_A_PART = 5  # of a single recording: what is fitted of it, and what is held out
 LEAST_S = 15.0
+
+Recorded = tuple[tuple[Flight, Whitener], ...]
 
 
 def split(
@@ -161,29 +163,26 @@ def sharpened(data: Data, best: Fitted, *, stated: bool = True) -> Data | None:
     (a volt is lost there within seconds, and a thousandth of the charge decides when), and those
     that stand alone.
     """
-    out: list[tuple[BoolArray, BoolArray]] = []
 
-    def of(
-        problem: Problem, q: FloatArray, own: tuple[tuple[Flight, Whitener], ...]
-    ) -> Iterator[tuple[Flight, Whitener]]:
+    def of(problem: Problem, q: FloatArray, own: Recorded) -> tuple[Recorded, int, int]:
+        parts, beyond, alone = [], 0, 0
         for k, (flight, w) in enumerate(own):
             left = problem.residual_V(q, k)
-            beyond = alone = np.zeros_like(flight.judged)
-            if not stated:
-                beyond = _few(problem.beyond(q, k), flight)
-                alone = _few(_standing_alone(w, left) & ~beyond, flight)
-            out.append((beyond, alone))
-            kept = replace(flight, judged=flight.judged & ~(beyond | alone))
-            yield _by_what_is_left(kept, w.noise, problem.pack(q, k), left)
+            none = np.zeros_like(flight.judged)
+            empty = none if stated else _few(problem.beyond(q, k), flight)
+            far = none if stated else _few(_standing_alone(w, left) & ~empty, flight)
+            kept = replace(flight, judged=flight.judged & ~(empty | far))
+            parts.append(_by_what_is_left(kept, w.noise, problem.pack(q, k), left))
+            beyond, alone = beyond + int(empty.sum()), alone + int(far.sum())
+        return tuple(parts), beyond, alone
 
-    fitted = tuple(of(best.problem, best.q, data.fitted))
-    held_out = tuple(of(best.judge, best.ahead_q, data.held_out))
-    beyond, alone = (sum(int(own.sum()) for own in kind) for kind in zip(*out, strict=True))
-    finer = Data(fitted, held_out, beyond, alone)
+    fitted, *out = of(best.problem, best.q, data.fitted)
+    held_out, *more = of(best.judge, best.ahead_q, data.held_out)
+    finer = Data(fitted, held_out, out[0] + more[0], out[1] + more[1])
     alike = SHARPER < finer.noise_V / data.noise_V < 1.0 / SHARPER
     noises = [w.noise for _, w in (*finer.fitted, *finer.held_out)]
     white = not any(noise.current_A or noise.smooth for noise in noises)
-    return None if alike and white and not beyond + alone else finer
+    return None if alike and white and not finer.beyond + finer.alone else finer
 
 
 def counted(data: Data) -> int:
@@ -202,7 +201,7 @@ def _standing_alone(whiten: Whitener, residual_V: FloatArray) -> BoolArray:
     """(n,) samples far from what those before tell, unlike their neighbours."""
     size = np.abs(whiten(residual_V[:, None])[:, 0])
     out = np.zeros(residual_V.size, dtype=bool)
-    if size.size == whiten.at.size > 1:
+    if size.size:
         beside = np.maximum(np.append(size[1:], 0.0), np.append(0.0, size[:-1]))
         out[whiten.at] = (size > ALONE[0]) & (beside < ALONE[1])
     return out
@@ -215,7 +214,8 @@ def _by_what_is_left(
     flight, own = _quieted(flight, noise, pack, residual_V)
     if own is not noise:
         residual_V = left_V(flight, pack, simulate(pack, flight.load))
-    own = own.through(answers_ohm(pack, flight.load)) if own.left else own
+    elif own.left:
+        own = own.through(answers_ohm(pack, flight.load))
     white = _white_V(flight, own, residual_V)
     if white is not None:
         own = replace(own, white_V=min(white, noise.white_V))

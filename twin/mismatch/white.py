@@ -47,9 +47,9 @@ def white_V(
         left: what wanders in it besides.
     """
     squares_V2 = []
-    for size in (1, 2, 4, 8):
+    for size in [size for size in (1, 2, 4, 8) if size == 1 or size * period_s <= LONGEST_S]:
         spread_V = _spread_V(_means(residual_V, size), _means(current_A, size))
-        if spread_V is not None and (size == 1 or size * period_s <= LONGEST_S):
+        if spread_V is not None:
             other_V2 = _third_V2(left, size * period_s) if left else 0.0
             squares_V2.append(size * (spread_V**2 - other_V2))
     return sqrt(max(*squares_V2, LEAST_V**2)) if squares_V2 else None

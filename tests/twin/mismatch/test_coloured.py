@@ -64,3 +64,9 @@ def test_what_is_slower_than_a_filter_is_none(random: np.random.Generator) -> No
     """As what a voltage is off by after the logger paused, which was one and hid a resistance."""
     smooth_V = filtered(random, 4.0) + NOISE_V * random.normal(0.0, 1.0, N)
     assert smooth_noise(smooth_V, current_A(random), STEP_S) is None
+
+
+def test_a_short_recording_at_a_high_rate_is_long_enough(random: np.random.Generator) -> None:
+    """Fewer samples than there are in the mean that is taken out: it was a fault of the program."""
+    white_V = NOISE_V * random.normal(0.0, 1.0, 400)
+    assert smooth_noise(white_V, current_A(random)[:400], 0.02) is None

@@ -37,7 +37,6 @@ from twin.mismatch import (
 )
 from twin.mismatch.fit import Data, Fitted, fit, refit
 from twin.mismatch.hypothesis import HYPOTHESES, Hypothesis
-from twin.mismatch.locate import change_points
 from twin.mismatch.problem import Problem
 from twin.mismatch.split import sharpened, split
 from twin.pack import Pack
@@ -376,13 +375,6 @@ def test_slopes_agree_with_the_exact_ones() -> None:
     white = data.fitted[0][1](-std * exact[:, None])[:, 0]
     assert slopes == pytest.approx(white, rel=1e-3, abs=1e-6 * np.abs(white).max())
     assert "series_resistance_ohm" in changeable(pack(), own.load)
-
-
-def test_change_points_of_levels() -> None:
-    means = np.concatenate([np.zeros(30), np.full(20, 1.0), np.zeros(10)])
-    noisy = means + 0.1 * np.random.default_rng(0).standard_normal(60)
-    assert change_points(noisy, np.full(60, 100.0), 12.0) == [0, 30, 50, 60]
-    assert change_points(np.zeros(60), np.full(60, 100.0), 12.0) == [0, 60]
 
 
 @pytest.mark.parametrize("slow_V", [None, 0.02])
