@@ -16,7 +16,7 @@ from twin.mismatch.white import LONGEST_S, NORMAL, REACH
 LEAST_HZ = 0.1  # slower is physics
 SLOW_S = 5.0  # before and after, whose mean is taken out
 LEAST_SAMPLES = 200
-SLOWEST_S = 1.5  # that a filter of a logger forgets over; a search that ends there found no filter
+SLOWEST_S = 3.0  # that a filter of a logger forgets over; a search that ends there found no filter
 GAIN = 10.0  # of the logarithm of a probability: less is no colour
 NEARLY = 0.95  # of that: it ends there
 BEGINS_S = (0.15, 0.4, 0.9)

@@ -62,7 +62,7 @@ def test_few_samples_and_slow_ones_tell_none(
 
 def test_what_is_slower_than_a_filter_is_none(random: np.random.Generator) -> None:
     """As what a voltage is off by after the logger paused, which was one and hid a resistance."""
-    smooth_V = filtered(random, 4.0) + NOISE_V * random.normal(0.0, 1.0, N)
+    smooth_V = filtered(random, 8.0) + NOISE_V * random.normal(0.0, 1.0, N)
     assert smooth_noise(smooth_V, current_A(random), STEP_S) is None
 
 
