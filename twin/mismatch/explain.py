@@ -25,6 +25,7 @@ from twin.simulate import simulate
 SHOWN_DRIVERS = 5
 SHORT = 3
 MOST_COMPARED = 3  # candidates between which a test is looked for
+STRONG = np.exp(ALIKE)  # odds
 FAR = 2.0  # standard deviations of a start, beyond which it is worth a word
 Judged = tuple[FloatArray, Answer]
 
@@ -133,11 +134,15 @@ def _of_none(likeliest: Model, null: Model) -> Iterator[str]:
     yield from _starts(null.fitted)
     if likeliest.ids and likeliest.probability > LIKELY:
         left_V, before_V = (m.fitted.held_out_rms_V() for m in (likeliest, null))
-        yield (
-            f"{' + '.join(likeliest.ids)} has most of the evidence, but leaves {1e3 * left_V:.2f} "
-            f"instead of {1e3 * before_V:.2f} mV of what was held out: no more than the twin may "
-            "err by, so it is not named"
-        )
+        says = f"{' + '.join(likeliest.ids)} has most of the evidence, but"
+        if (gain := likeliest.log_evidence - null.log_evidence) < ALIKE:
+            says += f" is {np.exp(gain):.1f} times as likely as nothing: strong is {STRONG:.0f}"
+        else:
+            says += (
+                f" leaves {1e3 * left_V:.2f} instead of {1e3 * before_V:.2f} mV of what was held "
+                "out: no more than the twin may err by"
+            )
+        yield f"{says}, so it is not named"
 
 
 def _starts(null: Fitted) -> tuple[str, ...]:

@@ -15,7 +15,7 @@ from twin.mismatch.problem import Problem
 from twin.mismatch.quiet import answers_ohm, quieted
 from twin.mismatch.unseen import unseen
 from twin.mismatch.wander import Wander
-from twin.mismatch.white import LEAST_V, current_noise, step_V, white_V
+from twin.mismatch.white import LEAST_V, SURE, current_noise, step_V, white_V
 from twin.pack import Pack
 from twin.simulate import simulate
 
@@ -43,6 +43,9 @@ as a weak cell does, is in the last block alone, and no fit knows of it where th
 GAP_S = 5.0  # between blocks, longer than what is remembered in the fast part of a residual
 FEW_BEYOND = 0.05  # of the samples
 ALONE = (6.0, 3.0)  # deviations: of a sample more, of its neighbours less
+ALSO_SURE = 9.0
+"""Of what chance makes of noise of a current, as `white.SURE`, where another recording of the same
+pack has such noise: it is the same sensor's."""
 SHARPER = 0.9  # of the noise that was thought, or its inverse
 LEAST_SAMPLES = 50
 LEAST_OF_A_PART = 5  # of a single recording: what is fitted of it, and what is held out
@@ -70,8 +73,8 @@ def split(
     if not held_out and len(fitted) > 1:
         fitted, held_out = fitted[:-1], fitted[-1:]
     if held_out:
-        own, ahead = (tuple(whitened(f, slow_V) for f in part) for part in (fitted, held_out))
-        return Data(own, ahead)
+        seen = [(f, _whitener(f, noise)) for f, noise in _all_seen((*fitted, *held_out), slow_V)]
+        return Data(tuple(seen[: len(fitted)]), tuple(seen[len(fitted) :]))
     whole, noise = as_seen(fitted[0], slow_V)
     own, ahead = (((part, _whitener(part, noise)),) for part in _blocks(whole))
     return Data(own, ahead)
@@ -93,14 +96,25 @@ def check(flight: Flight) -> None:
         )
 
 
-def as_seen(flight: Flight, slow_V: float | None) -> tuple[Flight, Noise]:
+def _all_seen(flights: Sequence[Flight], slow_V: float | None) -> Sequence[tuple[Flight, Noise]]:
+    """Recordings of one pack, `as_seen`; where one has noise in its current, others likely too."""
+    seen = [as_seen(f, slow_V) for f in flights]
+    if not any(noise.current_A for _, noise in seen):
+        return seen
+    return [
+        own if own[1].current_A else as_seen(f, slow_V, sure=ALSO_SURE)
+        for f, own in zip(flights, seen, strict=True)
+    ]
+
+
+def as_seen(flight: Flight, slow_V: float | None, *, sure: float = SURE) -> tuple[Flight, Noise]:
     """A recording with the likeliest current, and what is chance in it, by the twin as configured.
 
     If that is empty within the first half, by the voltage alone from there on.
     """
     residual_V, told = _by_the_twin(flight)
     expected = _expected(flight.pack.series, slow_V)
-    told, noise = _quieted(told, expected, never_full(flight.pack), residual_V)
+    told, noise = _quieted(told, expected, never_full(flight.pack), residual_V, sure)
     if noise.current_A:
         flight = replace(told, judged=flight.judged)
         residual_V, told = _by_the_twin(flight)
@@ -164,7 +178,9 @@ def sharpened(data: Data, best: Fitted, *, stated: bool = True) -> Data | None:
     that stand alone.
     """
 
-    def of(problem: Problem, q: FloatArray, own: Recorded) -> tuple[Recorded, int, int]:
+    def of(
+        problem: Problem, q: FloatArray, own: Recorded, sure: float
+    ) -> tuple[Recorded, int, int]:
         parts, beyond, alone = [], 0, 0
         for k, (flight, w) in enumerate(own):
             left = problem.residual_V(q, k)
@@ -172,17 +188,27 @@ def sharpened(data: Data, best: Fitted, *, stated: bool = True) -> Data | None:
             empty = none if stated else _few(problem.beyond(q, k), flight)
             far = none if stated else _few(_standing_alone(w, left) & ~empty, flight)
             kept = replace(flight, judged=flight.judged & ~(empty | far))
-            parts.append(_by_what_is_left(kept, w.noise, problem.pack(q, k), left))
+            parts.append(_by_what_is_left(kept, w.noise, problem.pack(q, k), left, sure))
             beyond, alone = beyond + int(empty.sum()), alone + int(far.sum())
         return tuple(parts), beyond, alone
 
-    fitted, *out = of(best.problem, best.q, data.fitted)
-    held_out, *more = of(best.judge, best.ahead_q, data.held_out)
-    finer = Data(fitted, held_out, out[0] + more[0], out[1] + more[1])
+    def all_of(sure: float) -> Data:
+        fitted, *out = of(best.problem, best.q, data.fitted, sure)
+        ahead, *too = of(best.judge, best.ahead_q, data.held_out, sure)
+        return Data(fitted, ahead, out[0] + too[0], out[1] + too[1])
+
+    finer = all_of(ALSO_SURE if _noisy(data) else SURE)
+    if _noisy(finer) and not _noisy(data):
+        finer = all_of(ALSO_SURE)
     alike = SHARPER < finer.noise_V / data.noise_V < 1.0 / SHARPER
-    noises = [w.noise for _, w in (*finer.fitted, *finer.held_out)]
-    white = not any(noise.current_A or noise.smooth for noise in noises)
-    return None if alike and white and not finer.beyond + finer.alone else finer
+    smooth = any(w.noise.smooth for _, w in (*finer.fitted, *finer.held_out))
+    more = _noisy(finer) or smooth or finer.beyond + finer.alone > 0
+    return None if alike and not more else finer
+
+
+def _noisy(data: Data) -> bool:
+    """Of one recording at least the current has noise."""
+    return any(w.noise.current_A for _, w in (*data.fitted, *data.held_out))
 
 
 def counted(data: Data) -> int:
@@ -208,10 +234,10 @@ def _standing_alone(whiten: Whitener, residual_V: FloatArray) -> BoolArray:
 
 
 def _by_what_is_left(
-    flight: Flight, noise: Noise, pack: Pack, residual_V: FloatArray
+    flight: Flight, noise: Noise, pack: Pack, residual_V: FloatArray, sure: float
 ) -> tuple[Flight, Whitener]:
     """With its noise as told by what the twin `pack` leaves, if that is less."""
-    flight, own = _quieted(flight, noise, pack, residual_V)
+    flight, own = _quieted(flight, noise, pack, residual_V, sure)
     if own is not noise:
         residual_V = left_V(flight, pack, simulate(pack, flight.load))
     elif own.left:
@@ -233,7 +259,7 @@ def _coloured(flight: Flight, noise: Noise, residual_V: FloatArray) -> Noise:
 
 
 def _quieted(
-    flight: Flight, noise: Noise, pack: Pack, residual_V: FloatArray
+    flight: Flight, noise: Noise, pack: Pack, residual_V: FloatArray, sure: float
 ) -> tuple[Flight, Noise]:
     """With the likeliest current, if the samples that count are sure that there is noise in it.
 
@@ -241,7 +267,7 @@ def _quieted(
     """
     at = flight.judged
     own_V = residual_V[at]
-    told = current_noise(own_V, flight.voltage_V[at] - own_V, flight.load.current_A[at])
+    told = current_noise(own_V, flight.voltage_V[at] - own_V, flight.load.current_A[at], sure)
     if told is None or noise.current_A:  # once
         return flight, noise
     out, found = quieted(flight, told.size_A)

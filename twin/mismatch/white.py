@@ -27,6 +27,8 @@ DEAF = 0.6
 not flow."""
 STEP = 6.0  # deviations of third differences, beyond which a current was switched
 LEAST_FOLLOWING = 200  # third differences by which noise of the current is told
+SLOWLY = 4  # samples: what is taken together, and of that the changes, is slow
+NOT_MORE = 4.0  # of what chance makes of one number: two deviations
 
 
 def white_V(
@@ -75,15 +77,16 @@ class CurrentNoise:
 
 
 def current_noise(
-    residual_V: FloatArray, simulated_V: FloatArray, current_A: FloatArray
+    residual_V: FloatArray, simulated_V: FloatArray, current_A: FloatArray, sure: float = SURE
 ) -> CurrentNoise | None:
-    """Of a recorded current (n,), None where it is not sure that there is any.
+    """Of a recorded current (n,), None where it is not `sure` that there is any.
 
     The twin answers to that noise by its resistance R, the pack does not. Third differences of
     residual and current then have the covariance R s^2 OF_NOISE, s that of the noise. None is taken
     for there unless that is sure, MOSTLY all by which the residual follows the current, beside what
     chance makes of so many numbers, and no more than either of both varies: an effect follows it
-    otherwise. Nor if the twin's answer may as well be off by a share, as of another resistance.
+    otherwise. Nor if the twin's answer may as well be off by a share, as of another resistance: in
+    gusts as white as noise only what is slow tells these apart.
     """
     if residual_V.size < LEAST_FOLLOWING:
         return None
@@ -105,16 +108,31 @@ def current_noise(
     followed_V2 = size_W**2 * float(noise @ shape)
     chance_V2 = float(third @ third) / third.size  # of each number
     else_V2 = float(whole @ across) - followed_V2 - BY_CHANCE * (lags.size - 1) * chance_V2
-    alone = else_V2 < (1.0 - MOSTLY) * followed_V2 and followed_V2 > SURE * chance_V2
+    alone = else_V2 < (1.0 - MOSTLY) * followed_V2 and followed_V2 > sure * chance_V2
     ohm = -float(noise @ (lagged.T @ answer)) / float(noise @ (lagged.T @ drive))
     whole_W = ohm * float(drive @ drive) / OF_NOISE[0]  # if all of the current is noise
     most_W = min(whole_W, float(third @ third) / max(ohm, 1e-12) / OF_NOISE[0])
     about = ABOUT + 2.0 * sqrt(chance_V2 / followed_V2) if followed_V2 > 0.0 else 0.0
-    alike_V2 = float(third @ answer) ** 2 / float(answer @ answer)  # if that is off by a share
-    told = size_W > DEAF * whole_W or followed_V2 - alike_V2 > SURE * chance_V2
-    if not (alone and told and 0.0 < size_W < about * most_W):
+    if not (alone and 0.0 < size_W < about * most_W):
         return None
-    return CurrentNoise(size_A=sqrt(min(size_W, most_W) / third.size / ohm), ohm=ohm)
+    found = CurrentNoise(size_A=sqrt(min(size_W, most_W) / third.size / ohm), ohm=ohm)
+    share = float(third @ answer) / float(answer @ answer)
+    alike_V2 = share * float(third @ answer)  # if the answer is off by that
+    told = size_W > DEAF * whole_W or followed_V2 - alike_V2 > sure * chance_V2
+    slow_V, own_V = (np.diff(_means(values, SLOWLY)) for values in (residual_V, simulated_V))
+    told |= _slow_as_noise(slow_V, own_V, found, share, sure)
+    return found if told else None
+
+
+def _slow_as_noise(
+    slow_V: FloatArray, answer_V: FloatArray, noise: CurrentNoise, share: float, sure: float
+) -> bool:
+    """Slow changes (n,) follow those of a twin's answer as by noise of its current, not a share."""
+    follows_V2, whole_V2 = float(slow_V @ answer_V), float(answer_V @ answer_V)
+    of_noise_V2 = -2.0 * (noise.ohm * noise.size_A) ** 2 / SLOWLY * slow_V.size
+    chance_V4 = whole_V2 * float(np.mean(slow_V**2))
+    as_noise = (follows_V2 - of_noise_V2) ** 2 < NOT_MORE * chance_V4
+    return as_noise and (follows_V2 - share * whole_V2) ** 2 > sure * chance_V4
 
 
 def _means(values: FloatArray, size: int) -> FloatArray:

@@ -72,18 +72,25 @@ def test_a_start_that_is_off_within_its_tolerance_is_told() -> None:
     assert explain(right[:1], right[1:], hypotheses=gain).remarks == ()
 
 
+@pytest.mark.parametrize(
+    ("changed", "why"),
+    [({"NUMERICS_V": 3e-3}, " leaves "), ({"ALIKE": 1e3}, " times as likely as nothing: ")],
+)
 def test_what_has_the_evidence_and_no_name_is_told_beside_none(
-    monkeypatch: pytest.MonkeyPatch,
+    monkeypatch: pytest.MonkeyPatch, changed: dict[str, float], why: str
 ) -> None:
-    """A drop of 1 mV a cell in noise of 8 mV is told, and is less than numerics may do here."""
+    """A drop of 1 mV a cell in noise of 8 mV: less than numerics may do, or no strong evidence."""
     ohm = [h for h in HYPOTHESES if h.id == "series_resistance"]
-    monkeypatch.setattr(decide, "NUMERICS_V", 3e-3)
+    for name, value in changed.items():
+        for module in (decide, import_module("twin.mismatch.explain")):
+            monkeypatch.setattr(module, name, value, raising=False)
     truth = [SeriesResistance(resistance_ohm=0.0005)]
     off = [flown(truth, seed=seed) for seed in (1, 2)]
     found = explain(off[:1], off[1:], hypotheses=ohm)
     assert found.verdict is Verdict.NONE
     (said,) = (r for r in found.remarks if "evidence" in r)
-    assert said.startswith("series_resistance has most of the evidence, but leaves ")
+    assert said.startswith("series_resistance has most of the evidence, but ")
+    assert why in said
     assert said.endswith("so it is not named")
 
 

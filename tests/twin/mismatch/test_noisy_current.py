@@ -113,3 +113,26 @@ def test_a_lag_and_a_clock_that_cancel_are_no_filter_for_noise() -> None:
     assert [e.id for e in finding.effects] == ["reaction_kinetics"]
     told = {p.name: p for p in finding.effects[0].parameters}["negative_factor"]
     assert abs(told.value - 0.6) < 2.0 * told.std
+
+
+def white_gusts(seed: int, *, seconds: float) -> Flight:
+    """Strokes of six seconds and gusts as white as the noise, at 2 Hz."""
+    random, t = np.random.default_rng(seed), np.arange(0.0, seconds, 0.5)
+    gusts_A = random.normal(0.0, 1.5, t.size)
+    true = Load(time_s=t, current_A=10.0 + 3.0 * np.sin(t / 2) + gusts_A)
+    answer_V = simulate(pack(), true).require().voltage_V
+    return replace(
+        flown(seed=seed),
+        load=replace(true, current_A=true.current_A + random.normal(0.0, 0.5, t.size)),
+        voltage_V=answer_V + random.normal(0.0, 6e-3, t.size),
+        judged=np.ones(t.size, dtype=bool),
+        motion=np.full(t.size, "hover"),
+    )
+
+
+def test_noise_of_one_recording_makes_that_of_another_of_the_same_pack_likely() -> None:
+    long, short = white_gusts(8, seconds=480.0), white_gusts(1, seconds=250.0)
+    alone, beside = split([short], [short]), split([long], [short])
+    assert not alone.held_out[0][1].noise.current_A
+    assert beside.fitted[0][1].noise.current_A == pytest.approx(0.5, rel=0.1)
+    assert beside.held_out[0][1].noise.current_A == pytest.approx(0.5, rel=0.15)

@@ -72,6 +72,16 @@ def test_what_follows_the_current_for_another_reason_is_no_noise(
     assert told_A(random, hover_A(random, gusts_A=gusts_A), noise_A=0.0, ohm=ohm) == 0.0
 
 
+@pytest.mark.parametrize(("noise_A", "ohm"), [(0.5, OHM), (0.0, 0.9 * OHM), (0.5, 0.9 * OHM)])
+def test_in_gusts_as_white_as_noise_slow_strokes_tell_it_from_another_resistance(
+    random: np.random.Generator, noise_A: float, ohm: float
+) -> None:
+    strokes = 20.0 + 8.0 * np.sin(np.arange(N) / 5)
+    flown = (strokes + 1.5 * random.standard_normal(N))[:1500]
+    told = told_A(random, flown, noise_A=noise_A, ohm=ohm)
+    assert told == pytest.approx(0.5 if ohm == OHM else 0.0, rel=0.15)
+
+
 @pytest.mark.parametrize("late", [0.3, 0.5, 1.0, 2.0])
 def test_a_clock_that_is_off_is_no_noise(random: np.random.Generator, late: float) -> None:
     flown = hover_A(random, gusts_A=1.0)
