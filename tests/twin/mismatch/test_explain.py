@@ -74,7 +74,7 @@ def test_a_start_that_is_off_within_its_tolerance_is_told() -> None:
 
 @pytest.mark.parametrize(
     ("changed", "why"),
-    [({"NUMERICS_V": 3e-3}, " leaves "), ({"ALIKE": 1e3}, " times as likely as nothing: ")],
+    [({"NUMERICS_V": 3e-3}, "leaves"), ({"ALIKE": 1e3}, "is")],
 )
 def test_what_has_the_evidence_and_no_name_is_told_beside_none(
     monkeypatch: pytest.MonkeyPatch, changed: dict[str, float], why: str
@@ -89,8 +89,7 @@ def test_what_has_the_evidence_and_no_name_is_told_beside_none(
     found = explain(off[:1], off[1:], hypotheses=ohm)
     assert found.verdict is Verdict.NONE
     (said,) = (r for r in found.remarks if "evidence" in r)
-    assert said.startswith("series_resistance has most of the evidence, but ")
-    assert why in said
+    assert said.startswith(f"series_resistance has most of the evidence, but {why} ")
     assert said.endswith("so it is not named")
 
 
