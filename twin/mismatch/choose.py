@@ -27,10 +27,9 @@ TRIED = 6
 the smaller ones, says leave least."""
 BENT = 0.3
 """Of what a linearised twin says that a model takes away, how much more it may truly take away: the
-twin bends under large effects. What cannot come near the best even so is not fitted."""
-BENT_ALONE = 1.5
-"""The same of one effect, from a twin that has none and may be far: of real cells self-heating took
-1.4, cold 2.4 times as much as promised."""
+twin bends under large effects. What cannot come near the best even so is not fitted. One effect
+alone is, if it promises anything: of real cells cold took 2.4 times as much as promised, and
+particles that are three times as slow, in a flight by another simulator, four times."""
 AHEAD = 2.0
 """What is held out is missed by so many times more than what is fitted: that promises nothing then,
 and each effect is fitted."""
@@ -120,7 +119,7 @@ def models(
     """
     squared = data.squared
     looked = _Looked(squared, hypotheses, progress)
-    looked.alone(most_alone, choosy=most_effects == 1)
+    looked.alone(most_alone)
     for size in range(2, most_effects + 1):
         looked.together(size)
     looked.in_place()
@@ -151,21 +150,24 @@ class _Looked:
         self._alone = {h.id: data.problems([h])[0] for h in self._hypotheses}
         self._shapes = {name: shapes_of(own, null) for name, own in self._alone.items()}
 
-    def alone(self, most: int | None, *, choosy: bool) -> None:
-        """One effect each; all of them if those that may win leave much unsaid, or see AHEAD."""
+    def alone(self, most: int | None) -> None:
+        """One effect each that promises anything, at most so many.
+
+        Of no end of them all, if these leave much unsaid, or see AHEAD.
+        """
         promises, null = self._promises(0)[:most], self.done[()]
-        for promise in promises:
-            if self._may_win(promise, choosy=choosy):
+        for promise in promises:  # the twin may bend more than was thought
+            if _gained(promise) > _needed(promise):
                 self._extended(promise)
         ahead = null.held_out_rms_V() > AHEAD * null.rms_V()
-        if not choosy and (self._scale > UNSAID or ahead):
-            for promise in promises:  # the twin may bend more than was thought
+        if most is None and (self._scale > UNSAID or ahead):
+            for promise in promises:
                 self._extended(promise)
 
     def together(self, size: int) -> None:
         """So many effects each."""
         for promise in self._promises(size - 1)[:TRIED]:
-            if self._may_win(promise, choosy=True):
+            if self._may_win(promise):
                 self._extended(promise)
 
     def in_place(self) -> None:
@@ -180,7 +182,7 @@ class _Looked:
                 base = self._fitted(rest, best)
                 promises = self._promises_of(base) if rest else []
                 for promise in sorted(promises, key=lambda p: p.left)[:TRIED]:
-                    if self._may_win(promise, choosy=True):
+                    if self._may_win(promise):
                         self._extended(promise)
 
     def _fitted(self, chosen: Sequence[Hypothesis], base: Fitted | None = None) -> Fitted:
@@ -213,20 +215,28 @@ class _Looked:
         others = [h for h in self._hypotheses if h.id not in base.ids]
         return [_promise(base, h, self._shapes[h.id]) for h in others]
 
-    def _may_win(self, promise: Promise, *, choosy: bool) -> bool:
+    def _may_win(self, promise: Promise) -> bool:
         """It may leave no more than the best so far, and gains what an effect more has to.
 
-        If `choosy` it has to promise, too, that little more than noise is left: on what no effect
-        explains, ever larger combinations would be tried in vain.
+        It has to promise, too, that little more than noise is left: on what no effect explains,
+        ever larger combinations would be tried in vain.
         """
-        squares = [_squares(f) for f in self.done.values()]
-        gained = _squares(promise.base) - promise.left
-        least = promise.left - (BENT if promise.base.ids else BENT_ALONE) * gained
-        needed = -2.0 * np.log(promise.more.before(promise.base.problem.flights[0].pack))
-        worth = least < min(squares) + SLACK * self._scale and gained > needed
+        squares, gained = [_squares(f) for f in self.done.values()], _gained(promise)
+        least = promise.left - BENT * gained
         noise = float(promise.base.there.residuals.size)
         said = least < NOISY * noise + NEARLY_ALL * (max(squares) - noise)
-        return worth and (said or not choosy)
+        near = least < min(squares) + SLACK * self._scale
+        return said and near and gained > _needed(promise)
+
+
+def _gained(promise: Promise) -> float:
+    """Squares, if the twin were linear."""
+    return _squares(promise.base) - promise.left
+
+
+def _needed(promise: Promise) -> float:
+    """Squares that an effect more has to take."""
+    return -2.0 * float(np.log(promise.more.before(promise.base.problem.flights[0].pack)))
 
 
 def scale_of(fits: Iterable[Fitted]) -> float:

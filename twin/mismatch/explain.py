@@ -10,7 +10,7 @@ from twin.mismatch.choose import ALIKE, Model, models, scale_of
 from twin.mismatch.contradict import contradiction
 from twin.mismatch.decide import LIKELY, Decision, candidates, decide
 from twin.mismatch.finding import Course, Errors, Finding, Span, Verdict
-from twin.mismatch.fit import Data, Fitted
+from twin.mismatch.fit import Data, Fitted, fit
 from twin.mismatch.flight import Flight, FloatArray
 from twin.mismatch.hypothesis import HYPOTHESES, Hypothesis
 from twin.mismatch.left import never_full
@@ -19,7 +19,7 @@ from twin.mismatch.noise import Whitener
 from twin.mismatch.parts import parts
 from twin.mismatch.pauses import pauses
 from twin.mismatch.problem import START_SOC
-from twin.mismatch.split import counted, sharpened, split
+from twin.mismatch.split import counted, flown_before, sharpened, split
 from twin.simulate import simulate
 
 SHOWN_DRIVERS = 5
@@ -52,6 +52,8 @@ def explain(  # noqa: PLR0913
     data = split(fitted, held_out, slow_V=slow_V)
     most = {"most_effects": 1, "most_alone": SHORT} if short else {}
     found = models(data, hypotheses, progress=progress, **most)
+    if not short and (begun := _flown_before(data, found)):
+        data, found = begun, models(begun, hypotheses, progress=progress)
     best = found[0].fitted
     if not short and (finer := sharpened(data, best, stated=slow_V is not None)):
         data, found = finer, models(finer, hypotheses, progress=progress)
@@ -85,10 +87,23 @@ def explain(  # noqa: PLR0913
             *remarks,
             *(_of_none(found[0], null) if decision.verdict is Verdict.NONE else ()),
             *_noisy(data),
+            *_begun(data),
             *_paused((*fitted, *held_out)),
             *_left_out(data),
         ),
     )
+
+
+def _flown_before(data: Data, found: Sequence[Model]) -> Data | None:
+    """With packs that had flown before their recordings; None if that is hardly more probable."""
+    before = flown_before(data)
+    if before is None:
+        return None
+    ways = {(), found[0].fitted.problem.hypotheses}
+    there = max(f.log_evidence(1.0) + f.log_before for f in (fit(before, own) for own in ways))
+    here = max(m.fitted.log_evidence(1.0) + m.fitted.log_before for m in found)
+    gain = there - before.log_size - here + data.log_size
+    return before if gain > ALIKE else None
 
 
 def _noisy(data: Data) -> Iterator[str]:
@@ -100,6 +115,15 @@ def _noisy(data: Data) -> Iterator[str]:
                 f"{name}: the recorded current has noise of {noise_A:.2g} A, to which the voltage "
                 "does not answer: the likeliest current behind it is taken"
             )
+
+
+def _begun(data: Data) -> Iterator[str]:
+    """Of packs that had flown before."""
+    for name in dict.fromkeys(f.name for f, w in (*data.fitted, *data.held_out) if w.noise.flown):
+        yield (
+            f"{name}: begins under load, and its voltage says that the pack had flown before: what "
+            "that left in the cells is not known, and counts as noise until it is forgotten"
+        )
 
 
 def _paused(flights: Sequence[Flight]) -> Iterator[str]:

@@ -54,6 +54,12 @@ class Data:
         return float(np.sqrt(np.mean([w.noise.by_chance_V**2 for _, w in self.held_out])))
 
     @property
+    def log_size(self) -> float:
+        """Logarithm of the product of all deviations that whitened samples are in."""
+        own = (*self.fitted, *self.held_out)
+        return float(sum(np.sum(np.log(w.unexpected.deviation)) for _, w in own))
+
+    @property
     def squared(self) -> "Data":
         """The same with squares as the loss of all samples, however far off; itself if it is so."""
         if not any(w.noise.heavy_tailed for _, w in (*self.fitted, *self.held_out)):

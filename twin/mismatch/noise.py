@@ -42,6 +42,7 @@ class Noise:
         ohm: by which a twin answers to that.
         left: of what the likeliest current (`quiet`) is off by, through that resistance.
         smooth: of the voltage, which was filtered before it was logged (`coloured`).
+        flown: the pack had flown before the recording, which begins under load (`begun`).
     """
 
     white_V: float
@@ -55,6 +56,7 @@ class Noise:
     ohm: float = 0.0
     left: Wander | None = None
     smooth: Wander | None = None
+    flown: bool = False
 
     @property
     def by_chance_V(self) -> float:
@@ -85,6 +87,8 @@ class Unseen:
         quick_s: time over which they forget.
         paused_V: (n,) by what they answer after pauses of the logger.
         paused_s: (n,) for how long they have forgotten that, the time over which they do being 1 s.
+        begun_V: (n, k) by what they answer to what flowed before the recording, in k ways that do
+            not depend on each other.
     """
 
     walk_V: FloatArray
@@ -93,11 +97,17 @@ class Unseen:
     quick_s: float
     paused_V: FloatArray
     paused_s: FloatArray
+    begun_V: FloatArray
 
     def at(self, where: FloatArray, own: FloatArray) -> "Unseen":
         """At other places (m,) than its `own` (n,), along straight lines."""
         names = ("walk_V", "walk_s", "quick_V", "paused_V", "paused_s")
-        return replace(self, **{k: np.interp(where, own, getattr(self, k)) for k in names})
+        ways = [np.interp(where, own, way_V) for way_V in self.begun_V.T]
+        return replace(
+            self,
+            **{k: np.interp(where, own, getattr(self, k)) for k in names},
+            begun_V=np.reshape(ways, (len(ways), where.size)).T,
+        )
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -160,13 +170,14 @@ def whitener(
         *(_wanders(np.ones(size), dt, left) for left in (noise.left, noise.smooth) if left),
     ]
     if between is not None and size:
-        kinds = between.walk_V, between.quick_V, between.paused_V
-        walk, quick, paused = (means_from(v[at], first) for v in kinds)
+        kinds = between.walk_V, between.quick_V, between.paused_V, between.begun_V
+        walk, quick, paused, begun = (means_from(v[at], first) for v in kinds)
         walk_s, paused_s = (v[at][first] for v in (between.walk_s, between.paused_s))
         states += [
             _walks(walk, walk_s),
             _wanders(quick, dt, Wander(size_V=1.0, forgets_s=between.quick_s)),
             _wanders(paused, np.diff(paused_s), Wander(size_V=1.0, forgets_s=1.0)),
+            _stays(begun),
         ]
     white = noise.white_V**2 / np.diff(np.append(first, at.size))
     return Whitener(at, first, noise, filter_of(states, white))
@@ -178,6 +189,13 @@ def _wanders(drive: FloatArray, dt: FloatArray, wander: Wander) -> State:
     one = np.eye(keep.shape[-1])
     added = wander.size_V**2 * (one - keep @ keep.transpose(0, 2, 1))
     return State(np.outer(drive, one[0]), wander.size_V**2 * np.diag(one), keep, added)
+
+
+def _stays(drive: FloatArray) -> State:
+    """Of so many sizes, each in proportion to its `drive` (m, k), of variance 1."""
+    m, k = drive.shape
+    keep = np.broadcast_to(np.eye(k), (max(m - 1, 0), k, k))
+    return State(drive, np.ones(k), keep, np.zeros_like(keep))
 
 
 def _walks(drive: FloatArray, walked_s: FloatArray) -> State:

@@ -6,6 +6,7 @@ from math import sqrt
 
 import numpy as np
 
+from twin.mismatch.begun import begins_under_load
 from twin.mismatch.coloured import smooth_noise
 from twin.mismatch.fit import Data, Fitted
 from twin.mismatch.flight import BoolArray, Flight, FloatArray, MismatchError
@@ -162,7 +163,7 @@ def whitened(flight: Flight, slow_V: float | None) -> tuple[Flight, Whitener]:
 def _whitener(flight: Flight, noise: Noise, pack: Pack | None = None) -> Whitener:
     """`pack`: the twin that says how a voltage moves with what is unseen; that as configured."""
     own = flight.recorded_load
-    between = unseen(pack or flight.pack, own, noise.current_A)
+    between = unseen(pack or flight.pack, own, noise.current_A, flown=noise.flown)
     if between is not None and flight.recorded is not None:
         between = between.at(flight.time_s, own.time_s)
     return whitener(flight.time_s, flight.judged, noise, flight.load.current_A, between)
@@ -204,6 +205,21 @@ def sharpened(data: Data, best: Fitted, *, stated: bool = True) -> Data | None:
     smooth = any(w.noise.smooth for _, w in (*finer.fitted, *finer.held_out))
     more = _noisy(finer) or smooth or finer.beyond + finer.alone > 0
     return None if alike and not more else finer
+
+
+def flown_before(data: Data) -> Data | None:
+    """With packs that had flown before recordings that begin under load; None if none does."""
+
+    def of(own: Recorded) -> Recorded:
+        out = []
+        for flight, w in own:
+            flown = begins_under_load(flight.pack, flight.recorded_load)
+            noise = replace(w.noise, flown=True)
+            out.append((flight, _whitener(flight, noise) if flown else w))
+        return tuple(out)
+
+    before = replace(data, fitted=of(data.fitted), held_out=of(data.held_out))
+    return before if any(w.noise.flown for _, w in (*before.fitted, *before.held_out)) else None
 
 
 def _noisy(data: Data) -> bool:

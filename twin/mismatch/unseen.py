@@ -15,6 +15,7 @@ from math import hypot, log, sqrt
 import numpy as np
 
 from twin.load import Between, Load
+from twin.mismatch.begun import preceded, slower
 from twin.mismatch.flight import FloatArray
 from twin.mismatch.left import beyond_cut_offs
 from twin.mismatch.noise import Unseen
@@ -30,16 +31,22 @@ UNEVEN = 10.0
 current changed, and a straight line between them is right; loggers are late by less."""
 AS_LARGE = 5  # samples in turn, over which that is averaged
 KEPT = (0.01, 0.99)  # of it from one sample to the next, least and most
-WAYS = 12  # in which a current may have flowed where the logger paused
-MOST_KEPT = 0.9999  # of what follows a pause, likewise
+WAYS = 12  # in which a current may have flowed where the logger paused, or before
+SOC_IN_FLIGHT = 0.005  # of which a state of charge that was told in flight may be off
+SHAPES = 4  # of what follows
+MOST_KEPT = 0.9999  # of what follows, likewise
 LONG_AGO = 50.0  # times what it takes to forget: a pause begins anew
 
 
-def unseen(pack: Pack, load: Load, noise_A: float = 0.0) -> Unseen | None:
+def unseen(pack: Pack, load: Load, noise_A: float = 0.0, *, flown: bool = False) -> Unseen | None:
     """By the twin `pack`; None if nothing is unseen, or the twin is empty at once.
 
-    `noise_A` is that of a current of which the likeliest course is taken: what that leaves of slow
-    noise draws charge as what flows between samples does.
+    Args:
+        pack: as it began.
+        load: as it was recorded.
+        noise_A: that of a current of which the likeliest course is taken: what that leaves of slow
+            noise draws charge as what flows between samples does.
+        flown: the pack may have flown before.
     """
     off_C = hypot(walk_C(load), noise_A * sqrt(float(np.median(np.diff(load.time_s)))))
     wide = beyond_cut_offs(pack)
@@ -68,6 +75,7 @@ def unseen(pack: Pack, load: Load, noise_A: float = 0.0) -> Unseen | None:
     per_C = np.append(per_C, np.full(n - per_C.size, per_C[-1]))
     paused_V, forgets_s = _after(holes, wide, load, as_is_V, per_C)
     walk_s, paused_s = load.time_s - load.time_s[0], load.time_s / forgets_s
+    walk_s = walk_s + flown * (SOC_IN_FLIGHT * pack.rated_C / off_C) ** 2
     for hole in holes:
         walk_s[hole.after + 1 :] += hole.variance_C2(load) / off_C**2
         paused_s[hole.after + 1 :] += LONG_AGO
@@ -78,6 +86,7 @@ def unseen(pack: Pack, load: Load, noise_A: float = 0.0) -> Unseen | None:
         quick_s=float(np.median(dt)) / -log(kept),
         paused_V=paused_V,
         paused_s=paused_s,
+        begun_V=_before(wide, load) if flown else np.zeros((n, 0)),
     )
 
 
@@ -104,6 +113,24 @@ def _after(
     whole = float(np.sum(np.sqrt(squares[1:] * squares[:-1])[inside]))  # 0: empty before a pause
     kept = min(max(both / max(whole, np.finfo(float).tiny), KEPT[0]), MOST_KEPT)
     return out, float(np.median(np.diff(load.time_s))) / -log(kept)
+
+
+def _before(pack: Pack, load: Load) -> FloatArray:
+    """(n, SHAPES) of what surfaces answer to what flowed before, each by as much as it varies [V].
+
+    The principal components of so many ways, about what a pack answers that was at rest.
+    """
+    random, packs = np.random.default_rng(0), slower(pack)
+    starts = [(k, *preceded(p, load, random)) for k, p in enumerate(packs) for _ in range(WAYS)]
+    rested = [simulate(own, load).voltage_V for own in packs]
+    done = simulate_all([(started, whole) for _, started, whole, _ in starts])
+    answers_V = np.zeros((load.time_s.size, len(starts)))
+    for answer_V, (k, _, _, more), solution in zip(answers_V.T, starts, done, strict=True):
+        there_V, as_is_V = solution.voltage_V[more:], rested[k]
+        m = min(there_V.size, as_is_V.size)
+        answer_V[:m] = there_V[:m] - as_is_V[:m]
+    shapes, sizes, _ = np.linalg.svd(answers_V, full_matrices=False)
+    return np.asarray((shapes * sizes / sqrt(len(starts)))[:, :SHAPES])
 
 
 def walk_C(load: Load) -> float:

@@ -29,7 +29,7 @@ def flown(
     noise_V: float = NOISE_V,
 ) -> Flight:
     """One flight of that pack with `truth` in it, as a sensor and an autopilot record it."""
-    random = np.random.default_rng(seed)
+    random = np.random.default_rng([seed, 1])  # other numbers than those of the gusts
     load = reference_flight(2.2, mean=8.0, peak=16.0, duration_s=120.0, seed=seed)
     n = int(10 * seconds) + 1
     true = Load(time_s=load.time_s[:n], current_A=load.current_A[:n])
@@ -42,4 +42,21 @@ def flown(
         voltage_V=solution.voltage_V + random.normal(0.0, noise_V, n),
         judged=np.ones(n, dtype=bool),
         motion=np.where(true.time_s < seconds / 2, "hover", "vertical"),
+    )
+
+
+def discharged(twin: Pack, truth: Pack, seed: int, rate: float) -> Flight:
+    """Steadily, every 10 s, nearly empty."""
+    time_s = np.arange(0.0, 3250.0 / rate, 10.0)
+    load = Load(
+        time_s=time_s, current_A=np.full(time_s.size, 5.0 * rate), ambient_K=truth.initial_K
+    )
+    noise = np.random.default_rng(seed).normal(0.0, 1e-3, time_s.size)
+    return Flight(
+        name=f"discharge {seed}",
+        pack=twin,
+        load=load,
+        voltage_V=simulate(truth, load).require().voltage_V + noise,
+        judged=np.ones(time_s.size, dtype=bool),
+        motion=np.full(time_s.size, ""),
     )

@@ -43,7 +43,7 @@ def test_recordings_of_two_sensors_are_ambiguous_and_each_is_told() -> None:
         hypotheses=GAINS,
     )  # fmt: skip
     assert finding.verdict is Verdict.AMBIGUOUS
-    assert [r.split(" with ")[0] for r in finding.remarks] == [
+    assert [r.split(" with ")[0] for r in finding.remarks if " alone: " in r] == [
         "flight 1 alone: current_gain", "flight 2 alone: current_gain",
     ]  # fmt: skip
 

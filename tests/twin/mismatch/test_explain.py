@@ -5,43 +5,38 @@ Its cases by another simulator are in `tests/mismatch_cases`; how it does there 
 """
 
 import json
-from collections.abc import Sequence
 from dataclasses import replace
 from importlib import import_module
 
 import numpy as np
 import pytest
 
-from tests.twin.mismatch.recordings import NOISE_V, flown, pack
+from tests.twin.mismatch.recordings import NOISE_V, discharged, flown, pack
 from twin.builtin import load_cell
 from twin.effects import (
-    ClockShift,
     ColdPack,
     CurrentGain,
     InitialSoc,
     SelfHeating,
     SeriesResistance,
-    SolidDiffusionPositive,
     VoltageGain,
     WeakCell,
 )
-from twin.load import Load
 from twin.mismatch import (
     Flight,
     MismatchError,
     Verdict,
-    choose,
     decide,
     explain,
     finding_json,
 )
 from twin.mismatch.fit import Data, Fitted, fit, refit
-from twin.mismatch.hypothesis import HYPOTHESES, Hypothesis
+from twin.mismatch.hypothesis import HYPOTHESES
 from twin.mismatch.problem import Problem
 from twin.mismatch.split import sharpened, split
 from twin.pack import Pack
 from twin.sensitivity import sensitivity
-from twin.simulate import changeable, simulate
+from twin.simulate import changeable
 
 FEW = [
     h
@@ -79,12 +74,12 @@ def test_a_start_that_is_off_within_its_tolerance_is_told() -> None:
 def test_what_has_the_evidence_and_no_name_is_told_beside_none(
     monkeypatch: pytest.MonkeyPatch, changed: dict[str, float], why: str
 ) -> None:
-    """A drop of 1 mV a cell in noise of 8 mV: less than numerics may do, or no strong evidence."""
+    """A drop of 0.6 mV a cell in noise of 8 mV: less than numerics do, or no strong evidence."""
     ohm = [h for h in HYPOTHESES if h.id == "series_resistance"]
     for name, value in changed.items():
         for module in (decide, import_module("twin.mismatch.explain")):
             monkeypatch.setattr(module, name, value, raising=False)
-    truth = [SeriesResistance(resistance_ohm=0.0005)]
+    truth = [SeriesResistance(resistance_ohm=0.0003)]
     off = [flown(truth, seed=seed) for seed in (1, 2)]
     found = explain(off[:1], off[1:], hypotheses=ohm)
     assert found.verdict is Verdict.NONE
@@ -141,97 +136,6 @@ def test_two_at_once_are_named_together() -> None:
     assert {e.id for e in finding.effects} == {"self_heating", "series_resistance"}
 
 
-@pytest.mark.long
-def test_of_larger_models_that_is_tried_first_which_would_leave_noise(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
-    """And not whichever has least to lose by what the smaller ones leave."""
-    monkeypatch.setattr(choose, "TRIED", 1)
-    truth = [SolidDiffusionPositive(diffusivity_factor=0.5), CurrentGain(gain=1.05)]
-    rivals = (
-        "weak_cell", "cold_pack", "active_material_loss_positive", "lithium_inventory_loss",
-        "solid_diffusion_negative", "leakage", "ocv_hysteresis",
-    )  # fmt: skip
-    several = [h for h in HYPOTHESES if h.id in (*rivals, *(e.id for e in truth))]
-    data = split([flown(truth, seed=1)], [flown(truth, seed=2)])
-    pairs = [m.ids for m in choose.models(data, several, most_effects=2) if len(m.ids) == 2]
-    assert ("current_gain", "solid_diffusion_positive") in pairs
-
-
-@pytest.mark.parametrize(
-    ("rates", "stated_V", "promised"),
-    [((2.5, 2.0), 0.08, 0.45), ((2.0, 2.5), 0.12, 0.3)],
-    ids=["far from what is fitted", "hardly seen in what is fitted"],
-)
-def test_an_effect_that_promises_little_is_fitted_still(
-    rates: tuple[float, float], stated_V: float, promised: float, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    """A cell that is not warmed is empty at two thirds of 2.5C; at 2C not yet.
-
-    A wrong gain leaves no more than the twin is stated to err by, so nothing seems to be missing.
-    """
-    real = choose._promise
-
-    def stingy(base: Fitted, h: Hypothesis, shapes: Sequence[choose.Shape]) -> choose.Promise:
-        own = real(base, h, shapes)
-        if h.id != "self_heating":
-            return own
-        return replace(own, left=(1 - promised) * choose._squares(base), log_evidence=-np.inf)
-
-    monkeypatch.setattr(choose, "_promise", stingy)
-    isothermal = Pack(cell=load_cell("lg_m50"))
-    warm = replace(isothermal, effects=(SelfHeating(heat_transfer_W_m2_K=10.0),))
-    flights = [_discharged(isothermal, warm, seed, rate) for seed, rate in enumerate(rates)]
-    few = [h for h in FEW if h.id in ("current_gain", "self_heating")]
-    found = choose.models(split(flights[:1], flights[1:], slow_V=stated_V), few)
-    assert [m.ids for m in found[:2]] == [("self_heating",), ("current_gain",)]
-    assert found[0].fitted.held_out_rms_V() < 0.1 * found[1].fitted.held_out_rms_V()
-
-
-def test_what_may_win_is_said_by_squares_also_where_tails_are_heavy() -> None:
-    """By Huber's loss the linearised twin promises little of what is far.
-
-    With it only the heat and a gain were fitted.
-    """
-    isothermal = Pack(cell=load_cell("lg_m50"))
-    warm = replace(isothermal, effects=(SelfHeating(heat_transfer_W_m2_K=10.0),))
-    flights = [_discharged(isothermal, warm, seed, rate) for seed, rate in enumerate((2.5, 2.0))]
-    rivals = ("current_gain", "self_heating", "cold_pack", "electrolyte_transport")
-    few = [h for h in HYPOTHESES if h.id in rivals]
-    found = choose.models(split(flights[:1], flights[1:], slow_V=0.08), few)
-    assert found[0].ids == ("self_heating",)
-    assert ("electrolyte_transport",) in [m.ids for m in found]
-
-
-def test_an_effect_of_many_starts_promises_what_it_may_keep_about_one() -> None:
-    """No clock is early and late at once, though two shifts together would explain the voltage."""
-    shifts = [flown([ClockShift(shift_s=shift)], seed=1) for shift in (-2.5, 2.5)]
-    both = replace(shifts[0], voltage_V=np.mean([own.voltage_V for own in shifts], axis=0))
-    data = split([both], [both])
-    clock = next(h for h in HYPOTHESES if h.id == "clock_shift")
-    null, alone = fit(data, []), fit(data, [clock])
-    promise = choose._promise(null, clock, choose.shapes_of(data.problems([clock])[0], null))
-    possible = choose._squares(null) - choose._squares(alone)
-    assert choose._squares(null) - promise.left < (1.0 + choose.BENT_ALONE) * possible
-
-
-def _discharged(twin: Pack, truth: Pack, seed: int, rate: float) -> Flight:
-    """Steadily, every 10 s, nearly empty."""
-    time_s = np.arange(0.0, 3250.0 / rate, 10.0)
-    load = Load(
-        time_s=time_s, current_A=np.full(time_s.size, 5.0 * rate), ambient_K=truth.initial_K
-    )
-    noise = np.random.default_rng(seed).normal(0.0, 1e-3, time_s.size)
-    return Flight(
-        name=f"discharge {seed}",
-        pack=twin,
-        load=load,
-        voltage_V=simulate(truth, load).require().voltage_V + noise,
-        judged=np.ones(time_s.size, dtype=bool),
-        motion=np.full(time_s.size, ""),
-    )
-
-
 def test_samples_far_off_move_a_fit_little_where_an_error_of_the_twin_is_stated() -> None:
     """A dozen of 1200, where most current flows: least squares take them for a resistance."""
     truth = [SeriesResistance(resistance_ohm=0.005)]
@@ -259,7 +163,7 @@ def test_noise_of_the_current_is_no_temperature_where_an_error_is_stated(offset_
 def test_one_effect_is_fitted_again_from_its_starts_too() -> None:
     """A current recorded by 1.3 too large: from none the descent ends where the twin is empty."""
     twin = Pack(cell=load_cell("lg_m50"))
-    own = [_discharged(twin, twin, seed, rate) for seed, rate in enumerate((1.0, 0.8))]
+    own = [discharged(twin, twin, seed, rate) for seed, rate in enumerate((1.0, 0.8))]
     flights = [replace(f, load=replace(f.load, current_A=1.3 * f.load.current_A)) for f in own]
     data = split(flights, [], slow_V=0.02)
     there = fit(data.squared, [h for h in FEW if h.id == "current_gain"])

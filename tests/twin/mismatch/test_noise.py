@@ -81,6 +81,7 @@ def test_uneven_samples_are_freed_as_even_ones(
         quick_s=3.0,
         paused_V=walks * random.uniform(0.0, 20e-3, 70),
         paused_s=time_s / 40.0 + rested,
+        begun_V=walks * random.normal(0.0, 20e-3, (70, 2)),
     )
     t, current = time_s[judged], current_A[judged]
     walk, quick = between.walk_V[judged], between.quick_V[judged]
@@ -93,6 +94,7 @@ def test_uneven_samples_are_freed_as_even_ones(
     paused = between.paused_V[judged]
     covariance += paused[:, None] * paused * np.exp(-np.abs(paused_s[:, None] - paused_s))
     covariance += quick[:, None] * quick * np.exp(-apart_s / between.quick_s)
+    covariance += between.begun_V[judged] @ between.begun_V[judged].T
     covariance += noise.white_V**2 * np.eye(t.size)
     root = np.zeros((70, t.size))
     root[judged] = np.linalg.cholesky(covariance).astype(np.float64)

@@ -1,0 +1,87 @@
+"""A recording that begins in flight: the twin begins at rest, the pack did not."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from tests.twin.mismatch.recordings import NOISE_V, flown, pack
+from twin.effects import AnyEffect, SeriesResistance
+from twin.load import Between, Load
+from twin.mismatch import Flight, Verdict, explain
+from twin.mismatch.begun import begins_under_load, preceded
+from twin.mismatch.hypothesis import HYPOTHESES
+from twin.simulate import simulate
+
+FLOWN_S = 40.0
+OURS = [
+    h
+    for h in HYPOTHESES
+    if h.id in {"series_resistance", "electrolyte_transport", "solid_diffusion_positive"}
+]
+
+
+def late(truth: tuple[AnyEffect, ...], seed: int, *, flown_s: float = FLOWN_S) -> Flight:
+    """What is recorded from so long after take-off on; how full the pack is then is known."""
+    whole = flown(truth, seed=seed)
+    at = whole.time_s >= flown_s
+    drawn_C = float(np.interp(flown_s, whole.time_s, whole.load.drawn_C()))
+    return replace(
+        whole,
+        pack=replace(whole.pack, initial_soc=1.0 - drawn_C / whole.pack.rated_C),
+        load=Load(time_s=whole.time_s[at], current_A=whole.load.current_A[at]),
+        voltage_V=whole.voltage_V[at],
+        judged=whole.judged[at],
+        motion=whole.motion[at],
+    )
+
+
+@pytest.mark.parametrize(
+    ("truth", "said"),
+    [((), []), ((SeriesResistance(resistance_ohm=0.006),), ["series_resistance"])],
+    ids=["nothing", "resistance"],
+)
+def test_what_flowed_before_a_recording_is_nothing_that_was_left_out(
+    truth: tuple[AnyEffect, ...], said: list[str]
+) -> None:
+    found = explain([late(truth, 1)], [late(truth, 2)], hypotheses=OURS)
+    assert found.verdict is (Verdict.NAMED if truth else Verdict.NONE)
+    assert [e.id for e in found.effects] == said
+    assert all("had flown before" in r for r in found.remarks)
+    assert len(found.remarks) == 2
+
+
+def test_a_pack_that_rested_before_a_load_that_begins_at_once_had_not_flown() -> None:
+    fresh, flights = replace(pack(), initial_soc=0.9), []
+    for seed in (1, 2):
+        flight = late((), seed)
+        noise_V = np.random.default_rng(seed).normal(0.0, NOISE_V, flight.time_s.size)
+        voltage_V = simulate(fresh, flight.load).voltage_V + noise_V
+        flights.append(replace(flight, pack=fresh, voltage_V=voltage_V))
+        assert begins_under_load(fresh, flight.load)
+        assert not begins_under_load(pack(), flight.load)  # full
+    found = explain(flights[:1], flights[1:], hypotheses=OURS)
+    assert found.verdict is Verdict.NONE
+    assert found.remarks == ()
+
+
+def test_rest_and_programmed_steps_are_no_start_in_flight() -> None:
+    load, half = late((), 1).load, replace(pack(), initial_soc=0.5)
+    assert begins_under_load(half, load)
+    assert not begins_under_load(half, replace(load, between=Between.HOLD))
+    idle = replace(load, current_A=np.where(np.arange(load.time_s.size) < 20, 0.3, load.current_A))
+    assert not begins_under_load(half, idle)
+
+
+def test_what_may_have_flown_before_leaves_the_pack_as_full_as_it_is_told_to_be() -> None:
+    flight, random = late((), 1), np.random.default_rng(1)
+    longest_s = 0.0
+    for _ in range(50):
+        started, whole, more = preceded(flight.pack, flight.load, random)
+        drawn = float(whole.drawn_C()[more]) / flight.pack.rated_C
+        assert started.initial_soc <= 1.0
+        assert started.initial_soc - drawn == pytest.approx(flight.pack.initial_soc, abs=1e-3)
+        assert np.array_equal(whole.time_s[more:], flight.time_s)
+        assert np.array_equal(whole.current_A[more:], flight.load.current_A)
+        longest_s = max(longest_s, flight.time_s[0] - whole.time_s[0])
+    assert 20.0 < longest_s < FLOWN_S + 10.0  # from a full pack it takes 40 s

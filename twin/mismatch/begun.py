@@ -1,0 +1,78 @@
+"""A recording that begins under load: what may have flowed before, by what flowed in it.
+
+A twin begins at rest. A pack that had flown before does not: its salt and its particles are uneven,
+as they are after a stretch of the same recording. Whether it had, and how long, is not recorded.
+"""
+
+from dataclasses import replace
+
+import numpy as np
+
+from twin.effects import (
+    AnyEffect,
+    ElectrolyteTransport,
+    SelfHeating,
+    SolidDiffusionNegative,
+    SolidDiffusionPositive,
+)
+from twin.load import Between, Load
+from twin.pack import Pack
+
+FIRST = 5  # samples that tell whether it begins under load
+UNDER_LOAD = 0.3  # of the mean current of all
+LONGEST_S = 300.0  # flown before; much longer, and what is uneven is as it was
+SLOWER = 0.3  # diffusivities
+LEAST_S = 10.0  # at the mean current, that has to have been possible
+
+
+def begins_under_load(pack: Pack, load: Load) -> bool:
+    """It draws a current at once; none whose steps were programmed, nor one of a full pack."""
+    mean_A = float(np.mean(load.current_A))
+    at_once = float(np.mean(load.current_A[:FIRST])) > UNDER_LOAD * mean_A > 0.0
+    return load.between is not Between.HOLD and at_once and _room_C(pack) > LEAST_S * mean_A
+
+
+def preceded(pack: Pack, load: Load, random: np.random.Generator) -> tuple[Pack, Load, int]:
+    """With a stretch of `load` before it, drawn by chance, and so many samples more.
+
+    The pack begins with what that draws besides, so that it is as full where the recording begins.
+    The stretch is no longer than from a full pack, and of any length that is.
+    """
+    t, drawn_C = load.time_s, load.drawn_C()
+    longest_s = min(LONGEST_S, float(t[-1] - t[0]) / 2)
+    length_s = random.uniform(0.0, longest_s)
+    last = int(np.searchsorted(t, random.uniform(t[0] + length_s, t[-1])))
+    possible = (t >= t[last] - length_s) & (drawn_C[last] - drawn_C < _room_C(pack))
+    first = int(np.argmax(possible))
+    before_s = t[first:last] - t[last] + t[0]
+    whole = replace(
+        load,
+        time_s=np.append(before_s, t),
+        current_A=np.append(load.current_A[first:last], load.current_A),
+    )
+    more_C = float(whole.drawn_C()[before_s.size])
+    soc = min(pack.initial_soc + more_C / pack.rated_C, 1.0)
+    return replace(pack, initial_soc=soc), whole, before_s.size
+
+
+def slower(pack: Pack) -> tuple[Pack, ...]:
+    """As it is, and with transport SLOWER of one kind each, which the twin may lack.
+
+    Without the heat of its losses: how warm it is where a recording begins is known.
+    """
+    ways: tuple[tuple[AnyEffect, ...], ...] = (
+        (),
+        (SolidDiffusionNegative(diffusivity_factor=SLOWER),),
+        (SolidDiffusionPositive(diffusivity_factor=SLOWER),),
+        (ElectrolyteTransport(diffusivity_factor=SLOWER),),
+    )
+    left_out = [{SelfHeating.id, *(e.id for e in way)} for way in ways]
+    return tuple(
+        replace(pack, effects=(*(e for e in pack.effects if e.id not in out), *way))
+        for way, out in zip(ways, left_out, strict=True)
+    )
+
+
+def _room_C(pack: Pack) -> float:
+    """That may have been drawn before."""
+    return (1.0 - pack.initial_soc) * pack.rated_C
