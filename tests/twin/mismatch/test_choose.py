@@ -28,7 +28,7 @@ def test_an_effect_under_which_the_twin_bends_is_fitted_whatever_it_promises() -
     Only the latter was fitted, and named.
     """
     truth = [SolidDiffusionNegative(diffusivity_factor=0.3)]
-    data = split([flown(truth, seed=1)], [flown(truth, seed=2)])
+    data = split(*([flown(truth, seed=seed, noise_V=20e-3)] for seed in (1, 2)))
     rivals = ("lithium_inventory_loss", "solid_diffusion_negative")
     found = choose.models(data, [h for h in HYPOTHESES if h.id in rivals])
     assert found[0].ids == ("solid_diffusion_negative",)
