@@ -153,7 +153,7 @@ class _Looked:
     def alone(self, most: int | None) -> None:
         """One effect each that promises anything, at most so many.
 
-        Of no end of them all, if these leave much unsaid, or see AHEAD.
+        Where `most` is None, all of them if these leave much unsaid, or see AHEAD.
         """
         promises, null = self._promises(0)[:most], self.done[()]
         for promise in promises:  # the twin may bend more than was thought
