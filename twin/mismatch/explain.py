@@ -52,8 +52,8 @@ def explain(  # noqa: PLR0913
     data = split(fitted, held_out, slow_V=slow_V)
     most = {"most_effects": 1, "most_alone": SHORT} if short else {}
     found = models(data, hypotheses, progress=progress, **most)
-    if not short and (begun := _flown_before(data, found)):
-        data, found = begun, models(begun, hypotheses, progress=progress)
+    if begun := _flown_before(data, found):
+        data, found = begun, models(begun, hypotheses, progress=progress, **most)
     best = found[0].fitted
     if not short and (finer := sharpened(data, best, stated=slow_V is not None)):
         data, found = finer, models(finer, hypotheses, progress=progress)

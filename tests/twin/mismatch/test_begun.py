@@ -51,6 +51,12 @@ def test_what_flowed_before_a_recording_is_nothing_that_was_left_out(
     assert len(found.remarks) == 2
 
 
+def test_it_is_so_in_the_short_form_of_a_report() -> None:
+    found = explain([late((), 1)], hypotheses=OURS, short=True)
+    assert found.verdict is Verdict.NONE
+    assert ["had flown before" in r for r in found.remarks] == [True]
+
+
 def test_a_pack_that_rested_before_a_load_that_begins_at_once_had_not_flown() -> None:
     fresh, flights = replace(pack(), initial_soc=0.9), []
     for seed in (1, 2):
