@@ -5,6 +5,8 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from matplotlib.font_manager import fontManager
+from matplotlib.mathtext import MathTextParser
 
 from reports.mismatch import headline, mismatch_page
 from reports.mismatch.candidates import outcome
@@ -17,7 +19,7 @@ from segment.segment import Motion
 from tests.reports.mismatch_example import NOISE_V, TIME_S, course, finding, pair, report
 from tests.reports.test_calibration_page import EVIL
 from tests.reports.test_page import DRAWING, parsed
-from twin.effects import AnyEffect
+from twin.effects import AnyEffect, SelfHeating
 from twin.mismatch import Finding, Hidden, Revealed, Value, Verdict
 from twin.mismatch.hypothesis import HYPOTHESES, Hypothesis
 
@@ -187,6 +189,18 @@ def test_a_number_at_its_bound_is_shown_as_none() -> None:
 def test_an_effect_that_has_no_words_yet_is_named_by_its_id() -> None:
     assert clause("gas_generation", []) == "the twin has no gas generation, the recordings do"
     assert equation(r"\nosuchthing{x}", "e") is None
+
+
+def test_an_equation_is_set_in_matplotlibs_own_fonts_whatever_its_list_of_fonts_holds(
+    monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
+) -> None:
+    whole = equation(SelfHeating.equation, "e")
+    few = [font for font in fontManager.ttflist if font.name == "DejaVu Sans"]
+    monkeypatch.setattr(fontManager, "ttflist", few)
+    MathTextParser._parse_cached.cache_clear()
+    fontManager._findfont_cached.cache_clear()
+    assert equation(SelfHeating.equation, "e") == whole
+    assert not [r for r in caplog.records if "findfont" in r.message]
 
 
 def test_of_an_effect_with_several_parts_those_that_are_told_are_said() -> None:
