@@ -203,6 +203,28 @@ def test_an_equation_is_set_in_matplotlibs_own_fonts_whatever_its_list_of_fonts_
     assert not [r for r in caplog.records if "findfont" in r.message]
 
 
+@pytest.mark.parametrize(
+    ("effect", "first", "second", "said"),
+    [
+        ("film_resistance", ("negative_ohm_m2", 2.6e-3), ("positive_ohm_m2", 1.4e-3),
+         "2.6 mΩ m² on the negative one and 1.4 mΩ m² on the positive one"),
+        ("reaction_kinetics", ("negative_factor", 1.02), ("positive_factor", 0.86),
+         "1.0 times on the negative one and 0.86 times on the positive one"),
+        ("electrolyte_transport", ("diffusivity_factor", 0.6), ("conductivity_factor", 0.9),
+         "salt diffuses in it 0.60 times as fast and it conducts 0.90 times as well"),
+        ("ocv_hysteresis", ("negative_amplitude_V", 8.7e-3), ("positive_amplitude_V", 7.4e-3),
+         "by up to 8.7 mV on the negative one and 7.4 mV on the positive one"),
+    ],
+)  # fmt: skip
+def test_numbers_that_share_one_drop_of_voltage_are_said_together(
+    effect: str, first: tuple[str, float], second: tuple[str, float], said: str
+) -> None:
+    """Both were fitted; the smaller, two deviations or less from nothing, is part of the size."""
+    larger = Value(name=first[0], value=first[1], std=1e-4, unit="")
+    smaller = Value(name=second[0], value=second[1], std=0.1, unit="")
+    assert said in clause(effect, [larger, smaller])
+
+
 def test_of_an_effect_with_several_parts_those_that_are_told_are_said() -> None:
     parts = [
         Value(name="capacity_factor", value=0.9, std=0.01, unit="1"),
