@@ -12,7 +12,7 @@ from reports.mismatch import headline, mismatch_page
 from reports.mismatch.candidates import outcome
 from reports.mismatch.drawn import MOST_DRAWN, chosen, mean_mV, stretches
 from reports.mismatch.effects import effects, equation
-from reports.mismatch.summary import sizes_V
+from reports.mismatch.summary import errors_of, sizes_V
 from reports.mismatch.words import CLAUSES, NAMES, clause, listed, name, number, percent
 from reports.render import render
 from segment.segment import Motion
@@ -64,6 +64,8 @@ def test_what_was_found_is_shown_with_its_size_equation_source_and_error() -> No
         "C\\,\\dot T",  # for those who do not see the drawing
         "rejected: misses what was held out",
         "rejected: more effects than are needed",
+        "evidence lost (6 is strong)",
+        "twice the logarithm of the odds",
     ):
         assert said in text
 
@@ -126,6 +128,8 @@ def test_an_unknown_one_is_described_and_never_named() -> None:
     assert "A description, not a cause" in text
     assert "-12.3" in text
     assert "Before and after" not in text
+    assert errors_of(finding(Verdict.UNKNOWN)) == (("as configured", 0.0352),)
+    assert "Error as configured" in text
     assert "taken" not in {outcome(c, finding(Verdict.UNKNOWN)) for c in finding().candidates}
 
 
@@ -144,11 +148,13 @@ def test_what_is_no_larger_than_the_noise_is_not_said_to_exceed_it() -> None:
 
 def test_a_start_within_its_tolerance_is_not_told_as_noise() -> None:
     none = finding(Verdict.NONE)
-    assert "what differs (8.2 mV) is noise (8.0 mV)" in headline(none)
-    assert "Error, starts within their tolerance" in words(html(none))
+    assert "(8.2 mV) is little more than the noise of 8.0 mV" in headline(none)
+    assert "Error with starts within their tolerance" in words(html(none))
+    less = replace(none, errors=replace(none.errors, held_out_after=7.1e-3))
+    assert "what differs (7.1 mV) is no more than the noise of 8.0 mV" in headline(less)
     more = replace(none, errors=replace(none.errors, held_out_after=19.5e-3))
     assert "may err by: 19.5 mV at 8.0 mV of noise" in headline(more)
-    assert "is noise" not in headline(more)
+    assert "than the noise" not in headline(more)
 
 
 def test_where_nothing_is_found_no_effect_has_a_section() -> None:
