@@ -6,7 +6,15 @@ from flightlogs.recording import Recording
 from reports.flight import NoMismatch, PackUse
 from segment import motions_at
 from segment.segment import Segment
-from twin.mismatch import HYPOTHESES, Finding, Flight, Hypothesis, MismatchError, explain
+from twin.mismatch import (
+    HYPOTHESES,
+    Finding,
+    Flight,
+    Hypothesis,
+    MismatchError,
+    Verdict,
+    explain,
+)
 from twin.pack import Pack
 from twin.replay import Replay
 
@@ -53,14 +61,14 @@ def mismatch_of(
         found = explain([flight], hypotheses=quick(pack) if as_configured else (), short=True)
     except MismatchError as e:
         return NoMismatch(f"Too little to judge: {e}.")
-    return found.remarked(remarks_of(use))
+    return found.remarked(remarks_of(use, found.verdict))
 
 
-def remarks_of(use: PackUse) -> tuple[str, ...]:
-    """What keeps a finding from being a diagnosis."""
+def remarks_of(use: PackUse, verdict: Verdict) -> tuple[str, ...]:
+    """What keeps a finding from being a diagnosis; where nothing is missing none is made."""
     if use.fitting is not None:
         return (NOT_ITS_TWIN.format(fitted=ITS_VOLTAGE if use.fit else ""),)
-    return () if use.calibrated else (BUILT_IN,)
+    return () if use.calibrated or verdict is Verdict.NONE else (BUILT_IN,)
 
 
 def quick(pack: Pack) -> tuple[Hypothesis, ...]:

@@ -15,11 +15,11 @@ import numpy as np
 
 from analyze.checks import WrongUse, checked_pack, writable
 from analyze.conceal import Channel
-from analyze.mismatching import BUILT_IN
+from analyze.mismatching import remarks_of
 from analyze.names import printable
 from analyze.pack_choice import PackChoice
-from analyze.workbench.drawn import Ask, Drawn, pack_lines, read_drawn, refusing
-from analyze.workbench.explained import doubts_of, print_finding, report_of
+from analyze.workbench.drawn import Ask, Drawn, read_drawn, refusing
+from analyze.workbench.explained import doubts_of, print_finding, print_packs, report_of
 from analyze.workbench.reveal import revealed_of
 from analyze.workbench.watch import watching
 from reports.mismatch import mismatch_page
@@ -87,6 +87,7 @@ def run(request: Request) -> int:
     choice = checked_pack(request.pack)
     files = named(request)
     drawn = {name: _drawn(path, request, choice, concealed) for name, path in files.items()}
+    print_packs({name: d.use for name, d in drawn.items()})
     for text in doubts_of(drawn):
         click.echo(f"doubtful {text}", err=True)
     with ExitStack() as folders:
@@ -169,9 +170,7 @@ def _drawn(
     with refusing():
         drawn = read_drawn(ask, choice)
     check_voltage(drawn)
-    drawn = replace(drawn, doubts=(*drawn.doubts, *_of_pack(drawn, choice)))
-    click.echo(f"{drawn.name}\n{pack_lines(drawn.use)}")
-    return drawn
+    return replace(drawn, doubts=(*drawn.doubts, *_warmer(drawn, choice)))
 
 
 def check_voltage(drawn: Drawn) -> None:
@@ -195,16 +194,15 @@ def check_voltage(drawn: Drawn) -> None:
         )
 
 
-def _of_pack(drawn: Drawn, choice: PackChoice) -> tuple[str, ...]:
-    """What is doubtful in the pack file beside this recording."""
-    out = [] if drawn.use.calibrated else [BUILT_IN]
+def _warmer(drawn: Drawn, choice: PackChoice) -> tuple[str, ...]:
+    """What is doubtful in the temperature of the pack file beside this recording."""
     stated_C, measured_C = choice.file.start.temperature_c, drawn.use.initial_K - ZERO_CELSIUS_K
-    if stated_C is not None and abs(measured_C - stated_C) > WARMER_K:
-        out.append(
-            f"The pack started at {measured_C:.1f} °C, as was measured, not at the {stated_C:g} °C "
-            "of the pack file: what is measured is taken."
-        )
-    return tuple(out)
+    if stated_C is None or abs(measured_C - stated_C) <= WARMER_K:
+        return ()
+    return (
+        f"The pack started at {measured_C:.1f} °C, as was measured, not at the {stated_C:g} °C "
+        "of the pack file: what is measured is taken.",
+    )
 
 
 def flight_of(drawn: Drawn, name: str) -> Flight:
@@ -234,7 +232,9 @@ def _explained(drawn: Mapping[str, Drawn], fitted: int, floor_mv: float | None) 
             looked_at += 1
             tell(looked_at, " + ".join(ids))
 
-        return explain(flights[:fitted], flights[fitted:], slow_V=slow_V, progress=progress)
+        found = explain(flights[:fitted], flights[fitted:], slow_V=slow_V, progress=progress)
+    first = next(iter(drawn.values()))  # the cell is that of one pack file
+    return found.remarked(remarks_of(first.use, found.verdict))
 
 
 def _write_verdict(out: Path, finding: Finding) -> None:

@@ -8,30 +8,42 @@ import click
 
 from analyze.pack_choice import PackChoice
 from analyze.version import version
-from analyze.workbench.drawn import Drawn
+from analyze.workbench.drawn import Drawn, pack_lines
 from analyze.workbench.listing import print_table
+from reports.flight import PackUse
 from reports.mismatch import MismatchReport, Recorded, headline
-from twin.mismatch import Finding, Value
+from reports.mismatch.candidates import EVIDENCE
+from reports.mismatch.summary import errors_of, mV
+from reports.quantity import fixed
+from twin.mismatch import Finding, Span, Value, Verdict
 
 SHOWN = 6
-HEADER = ("left out", "probability", "held out, mV", "evidence lost")
+LARGEST = 2  # spans in a line
+HEADER = ("left out", "probability", "held out, mV", EVIDENCE)
+
+
+def print_packs(uses: Mapping[str, PackUse]) -> None:
+    """The pack, once for all recordings of which the same is known, below their names."""
+    whose: dict[str, list[str]] = {}
+    for name, use in uses.items():
+        whose.setdefault(pack_lines(use), []).append(name)
+    for lines, names in whose.items():
+        click.echo(f"{', '.join(names)}\n{lines}")
 
 
 def print_finding(finding: Finding) -> None:
     """The sentence, then the numbers."""
-    errors = finding.errors
     click.echo(f"verdict  {finding.verdict.value}: {headline(finding)}")
     for e in finding.effects:
         click.echo(f"effect   {e.id} ({e.probability:.0%}): {_values(e.parameters)}")
         for other in e.equivalent:  # which these recordings cannot tell from it
             click.echo(f"or       {other}: {_values(e.instead[other])}")
+    if finding.verdict is Verdict.UNKNOWN and finding.spans:
+        click.echo(f"where    {_where(finding.spans)}")
     for t in finding.terms:
         click.echo(f"depends  on {t.quantity}: {1e3 * t.size_V:+.1f} mV per standard deviation")
-    click.echo(
-        f"error    {1e3 * errors.held_out_before:.1f} mV before, "
-        f"{1e3 * errors.held_out_after:.1f} mV after on what was held out; "
-        f"noise {1e3 * errors.noise:.1f} mV"
-    )
+    errors = ", ".join(f"{mV(error_V)} mV {twin}" for twin, error_V in errors_of(finding))
+    click.echo(f"error    on what was held out: {errors}; noise {mV(finding.errors.noise)} mV")
     rows = [
         (
             " + ".join(c.ids) or "nothing",
@@ -46,6 +58,16 @@ def print_finding(finding: Finding) -> None:
         click.echo(f"doubtful {text}", err=True)
     if finding.advice:
         click.echo(f"further  {finding.advice}")
+
+
+def _where(spans: Sequence[Span]) -> str:
+    """The largest: they come first."""
+    said = (
+        f"{mV(s.mean_V)} mV in {s.flight} from {fixed(s.start_s, 1)} to {fixed(s.stop_s, 1)} s "
+        f"({fixed(100 * s.share, 0)} % of the mismatch)"
+        for s in spans[:LARGEST]
+    )
+    return f"recorded minus simulated is {', '.join(said)}"
 
 
 def _values(values: Sequence[Value]) -> str:

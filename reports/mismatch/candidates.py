@@ -11,10 +11,16 @@ from twin.mismatch import Candidate, Finding, Verdict
 DRAWN = 12
 AS_GOOD = 1.1  # times the held-out error of the best
 BY_CHANCE = 0.01
+EVIDENCE = "evidence lost (6 is strong)"
+WEIGHED = (
+    "Evidence lost against the best is a difference of BIC, twice the logarithm of the odds: "
+    "2 to 6 speaks against a candidate, 6 to 10 strongly, more very strongly (Kass and Raftery, "
+    "J. Am. Stat. Assoc. 90, 773 (1995), doi:10.1080/01621459.1995.10476572)."
+)
 COLUMNS = (
     Column(title="left out of the twin", numeric=False),
     Column(title="held-out error [mV]"),
-    Column(title="evidence lost (ΔBIC)"),
+    Column(title=EVIDENCE),
     Column(title="probability [%]"),
     Column(title="outcome", numeric=False),
 )
@@ -40,6 +46,7 @@ def candidates(report: MismatchReport) -> Section | None:
         ),
         figures=(_figure(finding),),
         tables=tuple(tables),
+        notes=(WEIGHED,),
     )
 
 

@@ -1,7 +1,10 @@
 """Each effect that was left out: equation, source, numbers."""
 
 from collections.abc import Sequence
+from pathlib import Path
 
+from matplotlib import get_data_path
+from matplotlib.font_manager import fontManager
 from matplotlib.mathtext import MathTextParser
 
 from reports.mismatch.report import MismatchReport
@@ -93,6 +96,7 @@ def _parameter(v: Value) -> Row:
 
 def equation(latex: str, place: str) -> Figure | None:
     """`latex` as a drawing; None if it holds what cannot be set."""
+    _know_own_fonts()
     text = f"${latex.replace(chr(92) + 'tfrac', chr(92) + 'frac')}$"
     try:
         MathTextParser("path").parse(text)
@@ -103,3 +107,14 @@ def equation(latex: str, place: str) -> Figure | None:
     ax.text(0.0, 0.5, text, fontsize=SIZE, color=MEASURED, va="center", math_fontfamily="stix")
     svg = to_svg(canvas, place, text_as_paths=True)
     return Figure(caption="", description=f"Equation, in LaTeX: {latex}", svg=svg)
+
+
+def _know_own_fonts() -> None:
+    """Add the fonts that come with matplotlib where its list lacks them.
+
+    A user's installations share one list, kept on disk: it may be that of another, which had none.
+    """
+    known = {Path(font.fname) for font in fontManager.ttflist}
+    for path in sorted(Path(get_data_path(), "fonts", "ttf").glob("*.ttf")):
+        if path not in known:
+            fontManager.addfont(path)

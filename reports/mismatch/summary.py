@@ -124,8 +124,10 @@ def _none(finding: Finding) -> str:
             "the twin says what these recordings say, within what it, or how they start, may err "
             f"by: {differs} at {noise} of noise"
         )
+    size = "no more" if errors.held_out_after <= errors.noise else "little more"
     return sentence(
-        f"the twin says what these recordings say: what differs ({differs}) is noise ({noise})"
+        f"the twin says what these recordings say: what differs ({differs}) is {size} than the "
+        f"noise of {noise}"
     )
 
 
@@ -152,7 +154,7 @@ def _rows(report: MismatchReport) -> tuple[Row, ...]:
         )
         for e in finding.effects
     ]
-    rows += [_error(*row) for row in _errors(finding)]
+    rows += [_error(f"Error {twin}", error_V) for twin, error_V in errors_of(finding)]
     over = significant(errors.held_out_before / errors.noise, 2)
     rows.append(
         Row(label="Noise", value=mV(errors.noise), unit="mV", note=f"{FLOOR} {over} times that")
@@ -163,11 +165,18 @@ def _rows(report: MismatchReport) -> tuple[Row, ...]:
     return tuple(rows)
 
 
-def _errors(finding: Finding) -> tuple[tuple[str, float], ...]:
-    """Before and after; where nothing was found only the starts were fitted."""
-    errors = finding.errors
-    after = "Error after" if finding.effects else "Error, starts within their tolerance"
-    return ("Error before", errors.held_out_before), (after, errors.held_out_after)
+TWINS = {
+    Verdict.NONE: ("as configured", "with starts within their tolerance"),
+    Verdict.NAMED: ("before", "after"),
+    Verdict.AMBIGUOUS: ("before", "after"),
+    Verdict.UNKNOWN: ("as configured",),  # nothing was taken, so nothing comes after
+}
+
+
+def errors_of(finding: Finding) -> tuple[tuple[str, float], ...]:
+    """Which twin, and its error on what was not fitted [V]."""
+    both_V = finding.errors.held_out_before, finding.errors.held_out_after
+    return tuple(zip(TWINS[finding.verdict], both_V, strict=False))
 
 
 def _error(label: str, error_V: float) -> Row:

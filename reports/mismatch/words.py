@@ -19,7 +19,7 @@ def name(effect: str) -> str:
 def clause(effect: str, parameters: Sequence[Value]) -> str:
     """What was left out, with its size, without a full stop.
 
-    Of effects with several parts those that are told are named, unless none is.
+    Of effects of separate faults those that are told are named, unless none is.
     """
     values = {p.name: p.shown for p in parameters}
     if effect in OF_PARTS:
@@ -106,13 +106,20 @@ def _resistance(v: Values) -> str:
     )
 
 
+def _sides(v: Values, ending: str, said: Callable[[float], str]) -> str:
+    """Each electrode of which a number is known; "" if there is none."""
+    return listed(
+        [
+            f"{said(v[key])} on the {side} one"
+            for side in ("negative", "positive")
+            if (key := f"{side}_{ending}") in v
+        ]
+    )
+
+
 def _film(v: Values) -> str:
-    sides = [
-        f"{significant(1e3 * v[key], 2)} mΩ m² on the {side} one"
-        for side in ("negative", "positive")
-        if (key := f"{side}_ohm_m2") in v
-    ]
-    return f"films on the electrodes resist: {listed(sides)}"
+    sides = _sides(v, "ohm_m2", lambda R: f"{significant(1e3 * R, 2)} mΩ m²")
+    return f"films on the electrodes resist: {sides}"
 
 
 def _weak(v: Values) -> str:
@@ -138,18 +145,17 @@ def _electrolyte(v: Values) -> str:
 
 
 def _reactions(v: Values) -> str:
-    said = [
-        f"{_times(v[key])} on the {side} one"
-        for side in ("negative", "positive")
-        if (key := f"{side}_factor") in v
-    ]
-    return f"the reactions on the electrodes are not as fast as the twin's: {listed(said)}"
+    sides = _sides(v, "factor", _times)
+    return f"the reactions on the electrodes are not as fast as the twin's: {sides}"
 
 
 def _hysteresis(v: Values) -> str:
-    told_V = [V for key, V in v.items() if key.endswith("amplitude_V")]
-    size = f", by up to {significant(1e3 * max(told_V), 2)} mV a cell" if told_V else ""
-    return f"the rest voltage remembers which way the charge last went (hysteresis){size}"
+    sides = _sides(v, "amplitude_V", lambda V: f"{significant(1e3 * V, 2)} mV")
+    size = f": by up to {sides}" if sides else ""
+    return (
+        "the rest voltage of the electrodes remembers which way the charge last went "
+        f"(hysteresis){size}"
+    )
 
 
 def _stripping(v: Values) -> str:
@@ -225,14 +231,12 @@ CLAUSES: Mapping[str, Callable[[Values], str]] = {
     "voltage_gain": lambda v: _off("the voltage sensor", v["gain"] - 1.0),
 }
 
-OF_PARTS = {
-    "cold_pack",
-    "electrolyte_transport",
-    "film_resistance",
-    "reaction_kinetics",
-    "weak_cell",
-}
-"""Effects whose numbers each say something by themselves; their clauses take any of them."""
+OF_PARTS = {"cold_pack", "weak_cell"}
+"""Effects of which each number is a fault of its own, which may be absent.
+
+Numbers of other effects share one drop of voltage: without the smaller the larger is not what was
+found.
+"""
 
 UNITS = {
     "W/(m2 K)": ("W/(m² K)", 1.0),

@@ -60,6 +60,7 @@ def test_with_a_pack_file_a_cause_is_named(monkeypatch: pytest.MonkeyPatch) -> N
     assert finding.remarks == ()
     (remark,) = found(example.pack(), flight).remarks
     assert "difference between that cell and the pack's own" in remark
+    assert found(example.pack(), flown(seed=1, seconds=60.0)).remarks == ()  # nothing is missing
 
 
 @pytest.mark.parametrize("use", [NO_FILE, FITTED], ids=["not fitted", "fitted"])

@@ -131,7 +131,8 @@ def test_where_nothing_is_named_nothing_is_adopted_and_the_page_is_there(tmp_pat
     assert result.exit_code == 2
     assert "--adopt: nothing was named, the verdict is 'none'" in result.output
     assert not (tmp_path / "better.toml").exists()
-    assert (tmp_path / "out" / "explain.html").exists()
+    page = (tmp_path / "out" / "explain.html").read_text(encoding="utf-8")
+    assert "built-in one" not in result.output + page  # it explains what is missing: nothing is
 
 
 def test_a_log_has_its_motions_in_the_spans(tmp_path: Path) -> None:
@@ -242,6 +243,8 @@ def test_recordings_of_one_name_are_told_apart_by_their_folders(tmp_path: Path) 
     result = call(tmp_path, *logs)
     assert result.exit_code == 0, result.output
     assert result.output.count("The cell of the pack file is a built-in one") == 1
+    assert result.output.startswith(f"{logs[0].as_posix()}, {logs[1].as_posix()}\npack     a: 4 in")
+    assert result.output.count("pack     a: 4 in series") == 1
     page = (tmp_path / "out" / "explain.html").read_text(encoding="utf-8")
     assert page.count("The cell of the pack file is a built-in one") == 1
     flights = {s["flight"] for s in json.loads(verdict(tmp_path))["location"]["spans"]}

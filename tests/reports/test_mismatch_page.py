@@ -5,19 +5,21 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from matplotlib.font_manager import fontManager
+from matplotlib.mathtext import MathTextParser
 
 from reports.mismatch import headline, mismatch_page
 from reports.mismatch.candidates import outcome
 from reports.mismatch.drawn import MOST_DRAWN, chosen, mean_mV, stretches
 from reports.mismatch.effects import effects, equation
-from reports.mismatch.summary import sizes_V
+from reports.mismatch.summary import errors_of, sizes_V
 from reports.mismatch.words import CLAUSES, NAMES, clause, listed, name, number, percent
 from reports.render import render
 from segment.segment import Motion
 from tests.reports.mismatch_example import NOISE_V, TIME_S, course, finding, pair, report
 from tests.reports.test_calibration_page import EVIL
 from tests.reports.test_page import DRAWING, parsed
-from twin.effects import AnyEffect
+from twin.effects import AnyEffect, SelfHeating
 from twin.mismatch import Finding, Hidden, Revealed, Value, Verdict
 from twin.mismatch.hypothesis import HYPOTHESES, Hypothesis
 
@@ -62,6 +64,8 @@ def test_what_was_found_is_shown_with_its_size_equation_source_and_error() -> No
         "C\\,\\dot T",  # for those who do not see the drawing
         "rejected: misses what was held out",
         "rejected: more effects than are needed",
+        "evidence lost (6 is strong)",
+        "twice the logarithm of the odds",
     ):
         assert said in text
 
@@ -124,6 +128,8 @@ def test_an_unknown_one_is_described_and_never_named() -> None:
     assert "A description, not a cause" in text
     assert "-12.3" in text
     assert "Before and after" not in text
+    assert errors_of(finding(Verdict.UNKNOWN)) == (("as configured", 0.0352),)
+    assert "Error as configured" in text
     assert "taken" not in {outcome(c, finding(Verdict.UNKNOWN)) for c in finding().candidates}
 
 
@@ -142,11 +148,13 @@ def test_what_is_no_larger_than_the_noise_is_not_said_to_exceed_it() -> None:
 
 def test_a_start_within_its_tolerance_is_not_told_as_noise() -> None:
     none = finding(Verdict.NONE)
-    assert "what differs (8.2 mV) is noise (8.0 mV)" in headline(none)
-    assert "Error, starts within their tolerance" in words(html(none))
+    assert "(8.2 mV) is little more than the noise of 8.0 mV" in headline(none)
+    assert "Error with starts within their tolerance" in words(html(none))
+    less = replace(none, errors=replace(none.errors, held_out_after=7.1e-3))
+    assert "what differs (7.1 mV) is no more than the noise of 8.0 mV" in headline(less)
     more = replace(none, errors=replace(none.errors, held_out_after=19.5e-3))
     assert "may err by: 19.5 mV at 8.0 mV of noise" in headline(more)
-    assert "is noise" not in headline(more)
+    assert "than the noise" not in headline(more)
 
 
 def test_where_nothing_is_found_no_effect_has_a_section() -> None:
@@ -187,6 +195,40 @@ def test_a_number_at_its_bound_is_shown_as_none() -> None:
 def test_an_effect_that_has_no_words_yet_is_named_by_its_id() -> None:
     assert clause("gas_generation", []) == "the twin has no gas generation, the recordings do"
     assert equation(r"\nosuchthing{x}", "e") is None
+
+
+def test_an_equation_is_set_in_matplotlibs_own_fonts_whatever_its_list_of_fonts_holds(
+    monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
+) -> None:
+    whole = equation(SelfHeating.equation, "e")
+    few = [font for font in fontManager.ttflist if font.name == "DejaVu Sans"]
+    monkeypatch.setattr(fontManager, "ttflist", few)
+    MathTextParser._parse_cached.cache_clear()
+    fontManager._findfont_cached.cache_clear()
+    assert equation(SelfHeating.equation, "e") == whole
+    assert not [r for r in caplog.records if "findfont" in r.message]
+
+
+@pytest.mark.parametrize(
+    ("effect", "first", "second", "said"),
+    [
+        ("film_resistance", ("negative_ohm_m2", 2.6e-3), ("positive_ohm_m2", 1.4e-3),
+         "2.6 mΩ m² on the negative one and 1.4 mΩ m² on the positive one"),
+        ("reaction_kinetics", ("negative_factor", 1.02), ("positive_factor", 0.86),
+         "1.0 times on the negative one and 0.86 times on the positive one"),
+        ("electrolyte_transport", ("diffusivity_factor", 0.6), ("conductivity_factor", 0.9),
+         "salt diffuses in it 0.60 times as fast and it conducts 0.90 times as well"),
+        ("ocv_hysteresis", ("negative_amplitude_V", 8.7e-3), ("positive_amplitude_V", 7.4e-3),
+         "by up to 8.7 mV on the negative one and 7.4 mV on the positive one"),
+    ],
+)  # fmt: skip
+def test_numbers_that_share_one_drop_of_voltage_are_said_together(
+    effect: str, first: tuple[str, float], second: tuple[str, float], said: str
+) -> None:
+    """Both were fitted; the smaller, two deviations or less from nothing, is part of the size."""
+    larger = Value(name=first[0], value=first[1], std=1e-4, unit="")
+    smaller = Value(name=second[0], value=second[1], std=0.1, unit="")
+    assert said in clause(effect, [larger, smaller])
 
 
 def test_of_an_effect_with_several_parts_those_that_are_told_are_said() -> None:
