@@ -16,7 +16,7 @@ from twin.mismatch.problem import Problem
 from twin.mismatch.quiet import answers_ohm, quieted
 from twin.mismatch.unseen import unseen
 from twin.mismatch.wander import Wander
-from twin.mismatch.white import LEAST_V, SURE, current_noise, step_V, white_V
+from twin.mismatch.white import LEAST_V, SURE, current_noise, step_V, white_V, with_steps_V
 from twin.pack import Pack
 from twin.simulate import simulate
 
@@ -298,7 +298,7 @@ def _white_V(flight: Flight, noise: Noise, residual_V: FloatArray) -> float | No
     dt = np.diff(flight.time_s[counted])
     period_s = float(np.median(dt)) if dt.size else 1.0
     white = white_V(residual_V[counted], flight.load.current_A[counted], period_s, left=noise.left)
-    return None if white is None else max(white, step_V(flight.voltage_V) / sqrt(12.0))
+    return None if white is None else with_steps_V(white, step_V(flight.voltage_V))
 
 
 def _blocks(flight: Flight) -> tuple[Flight, Flight]:

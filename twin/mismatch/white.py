@@ -1,7 +1,7 @@
 """White noise of a recording, by third differences: what is smooth cancels in them."""
 
 from dataclasses import dataclass
-from math import sqrt
+from math import hypot, sqrt
 
 import numpy as np
 import numpy.typing as npt
@@ -26,6 +26,7 @@ DEAF = 0.6
 """Of what a twin answers, more than any effect takes from the pack's answer to a current: that did
 not flow."""
 STEP = 6.0  # deviations of third differences, beyond which a current was switched
+BESIDE = 0.6  # of the squares of changes, what is not of rounding where a voltage is slow
 LEAST_FOLLOWING = 200  # third differences by which noise of the current is told
 SLOWLY = 4  # samples: what is taken together, and of that the changes, is slow
 NOT_MORE = 4.0  # of what chance makes of one number: two deviations
@@ -164,3 +165,13 @@ def step_V(voltage_V: FloatArray) -> float:
     if levels.size < 2 or levels.size > known_V.size / 3:
         return 0.0
     return float(np.median(np.diff(levels)))
+
+
+def with_steps_V(white: float, step: float) -> float:
+    """White noise of a voltage [V] that was recorded in steps, `white` being what its changes say.
+
+    They say less where a voltage stays within a step for many samples: beside what rounding does,
+    uniform over the step, most of them is noise then. Else rounding is in them.
+    """
+    rounding = step / sqrt(12.0)
+    return hypot(sqrt(BESIDE) * white, rounding) if white < rounding else white

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from twin.mismatch.white import current_noise, step_V, white_V
+from twin.mismatch.white import current_noise, step_V, white_V, with_steps_V
 
 N = 20_000
 OHM = 0.08
@@ -36,6 +36,20 @@ def test_steps_of_a_rounded_voltage_are_seen(random: np.random.Generator) -> Non
     apart = np.full(10 * voltage.size, np.nan)  # as where samples were added between
     apart[::10] = voltage
     assert step_V(apart) == 0.0
+
+
+@pytest.mark.parametrize("noise", [0.0, 0.1, 0.2, 0.5, 1.0])
+@pytest.mark.parametrize("climb", [0.02, 0.4])
+def test_noise_in_steps_is_as_large_as_it_is(
+    random: np.random.Generator, noise: float, climb: float
+) -> None:
+    """A voltage that wanders slowly or fast, in steps of 1: within an eighth."""
+    smooth = np.convolve(random.standard_normal(4009), np.ones(10) / np.sqrt(10), "valid")
+    true = climb * np.cumsum(smooth)
+    residual = np.round(true + noise * random.standard_normal(4000)) - true
+    white = white_V(residual, random.normal(10.0, 1.0, 4000), 0.25)
+    assert white is not None
+    assert with_steps_V(white, 1.0) == pytest.approx(np.std(residual), rel=0.125)
 
 
 def size_A(residual_V: np.ndarray, simulated_V: np.ndarray, current_A: np.ndarray) -> float:
