@@ -119,9 +119,10 @@ def _noisy(data: Data) -> Iterator[str]:
 
 def _begun(data: Data) -> Iterator[str]:
     """Of packs that had flown before."""
-    for name in dict.fromkeys(f.name for f, w in (*data.fitted, *data.held_out) if w.noise.flown):
+    every = (*data.fitted, *data.held_out)
+    if names := ", ".join(dict.fromkeys(f.name for f, w in every if w.noise.flown)):
         yield (
-            f"{name}: begins under load, and its voltage says that the pack had flown before: what "
+            f"{names}: begins under load, and the voltage says that the pack had flown before: what "
             "that left in the cells is not known, and counts as noise until it is forgotten"
         )
 
