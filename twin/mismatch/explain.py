@@ -122,7 +122,7 @@ def _begun(data: Data) -> Iterator[str]:
     every = (*data.fitted, *data.held_out)
     if names := ", ".join(dict.fromkeys(f.name for f, w in every if w.noise.flown)):
         yield (
-            f"{names}: begins under load, and the voltage says that the pack had flown before: what "
+            f"{names}: begins under load; its voltage says that the pack had flown before: what "
             "that left in the cells is not known, and counts as noise until it is forgotten"
         )
 
