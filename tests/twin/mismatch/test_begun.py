@@ -77,6 +77,9 @@ def test_rest_and_programmed_steps_are_no_start_in_flight() -> None:
     assert not begins_under_load(half, replace(load, between=Between.HOLD))
     idle = replace(load, current_A=np.where(np.arange(load.time_s.size) < 20, 0.3, load.current_A))
     assert not begins_under_load(half, idle)
+    sinking_A = 0.2 * float(np.mean(load.current_A))
+    sinks = replace(idle, current_A=np.where(idle.current_A == 0.3, sinking_A, idle.current_A))
+    assert begins_under_load(half, sinks)
 
 
 def test_what_may_have_flown_before_leaves_the_pack_as_full_as_it_is_told_to_be() -> None:
