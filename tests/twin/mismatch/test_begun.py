@@ -71,6 +71,11 @@ def test_a_pack_that_rested_before_a_load_that_begins_at_once_had_not_flown() ->
     assert found.remarks == ()
 
 
+def test_of_a_twin_that_errs_by_as_much_it_is_not_asked() -> None:
+    found = explain([late((), 1)], [late((), 2)], hypotheses=OURS, slow_V=0.05)
+    assert not any("had flown before" in r for r in found.remarks)
+
+
 def test_rest_and_programmed_steps_are_no_start_in_flight() -> None:
     load, half = late((), 1).load, replace(pack(), initial_soc=0.5)
     assert begins_under_load(half, load)
