@@ -8,6 +8,7 @@ import casadi as ca
 from scipy.optimize import brentq
 
 from twin.cell import Cell
+from twin.one_thread import SYMBOLS
 
 OVERFULL = 1.1
 """Most of the window in one cell: a charger sees the pack, and some cells end above their share."""
@@ -62,8 +63,11 @@ def _root(rising: Callable[[float], float], most: float) -> float:
 @lru_cache(maxsize=64)
 def _curve(cell: Cell) -> Callable[[float], float]:
     """Open-circuit voltage [V] of state of charge; made once, since roots ask for it often."""
-    soc, n, p = ca.SX.sym("soc"), cell.negative, cell.positive
-    x = n.stoichiometry_min + soc * (n.stoichiometry_max - n.stoichiometry_min)
-    y = p.stoichiometry_max - soc * (p.stoichiometry_max - p.stoichiometry_min)
-    function = ca.Function("open_circuit", [soc], [p.ocp_V(y) - n.ocp_V(x)])
+    n, p = cell.negative, cell.positive
+    with SYMBOLS:
+        soc = ca.SX.sym("soc")
+        x = n.stoichiometry_min + soc * (n.stoichiometry_max - n.stoichiometry_min)
+        y = p.stoichiometry_max - soc * (p.stoichiometry_max - p.stoichiometry_min)
+        function = ca.Function("open_circuit", [soc], [p.ocp_V(y) - n.ocp_V(x)])
+        del soc, x, y
     return lambda given: float(function(given))

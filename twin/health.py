@@ -17,6 +17,7 @@ from twin.equilibrium import Inventory, Window, window
 from twin.kernel import Backend
 from twin.limits import COLUMN
 from twin.mesh import Mesh
+from twin.one_thread import SYMBOLS
 from twin.pack import CellKind, Pack
 from twin.protocol import TOLERANCE_V
 from twin.simulate import DEFAULT_MESH
@@ -135,9 +136,11 @@ class Examiner:
         self._kinds, self._model = self._stepper.kinds, self._stepper.model.cell
         self._rate_A = pack.rated_C / pack.parallel / 3600
         self._shares = np.array([kind.count / pack.series for kind in self._kinds])
-        x, y = ca.SX.sym("x"), ca.SX.sym("y")
-        open_V = pack.cell.positive.ocp_V(y) - pack.cell.negative.ocp_V(x)
-        self._open_circuit_V = ca.Function("open_circuit", [x, y], [open_V])
+        with SYMBOLS:
+            x, y = ca.SX.sym("x"), ca.SX.sym("y")
+            open_V = pack.cell.positive.ocp_V(y) - pack.cell.negative.ocp_V(x)
+            self._open_circuit_V = ca.Function("open_circuit", [x, y], [open_V])
+            del x, y, open_V  # symbols die in this thread, too
         self.new = self._stepper.model.initial_state(self._kinds)
         """(states,) at the start of life."""
 
