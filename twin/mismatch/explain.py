@@ -52,7 +52,7 @@ def explain(  # noqa: PLR0913
     data = split(fitted, held_out, slow_V=slow_V)
     most = {"most_effects": 1, "most_alone": SHORT} if short else {}
     found = models(data, hypotheses, progress=progress, **most)
-    if slow_V is None and (begun := _flown_before(data, found)):
+    if slow_V is None and (begun := _likely_flown(data, found)):
         data, found = begun, models(begun, hypotheses, progress=progress, **most)
     best = found[0].fitted
     if not short and (finer := sharpened(data, best, stated=slow_V is not None)):
@@ -94,7 +94,7 @@ def explain(  # noqa: PLR0913
     )
 
 
-def _flown_before(data: Data, found: Sequence[Model]) -> Data | None:
+def _likely_flown(data: Data, found: Sequence[Model]) -> Data | None:
     """With packs that had flown before their recordings; None if that is hardly more probable.
 
     Not asked where an error of the twin is stated: a flight before leaves less, and as slowly.

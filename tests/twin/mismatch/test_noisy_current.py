@@ -20,18 +20,26 @@ OURS = [h for h in HYPOTHESES if h.id in {"cold_pack", "reaction_kinetics", "ser
 NOISE_A, NOISE_V = 0.3, 3e-3  # 0.3 A are 6 mV across the twin's 20 mOhm
 
 
+def recorded(
+    true: Load, random: np.random.Generator, *, seed: int,
+    noise_A: float, noise_V: float = NOISE_V, truth: tuple[AnyEffect, ...] = (),
+) -> Flight:  # fmt: skip
+    """A true current as sensors record it, and a pack's answer to it, all of it judged."""
+    n, answer = true.time_s.size, simulate(replace(pack(), effects=truth), true).require()
+    return replace(
+        flown(seed=seed),
+        load=replace(true, current_A=true.current_A + random.normal(0.0, noise_A, n)),
+        voltage_V=answer.voltage_V + random.normal(0.0, noise_V, n),
+        judged=np.ones(n, dtype=bool),
+        motion=np.full(n, "hover"),
+    )
+
+
 def smooth(truth: tuple[AnyEffect, ...], seed: int, noise_A: float = NOISE_A) -> Flight:
     """Hover that sinks slowly and a slow stroke of the throttle every half minute."""
     random, t = np.random.default_rng(seed), np.arange(0.0, 240.0, 0.1)
     true = Load(time_s=t, current_A=9.0 + 3.0 * np.sin(2 * np.pi * t / 30 + seed) + 0.005 * t)
-    answer_V = simulate(replace(pack(), effects=truth), true).require().voltage_V
-    return replace(
-        flown(seed=seed),
-        load=replace(true, current_A=true.current_A + random.normal(0.0, noise_A, t.size)),
-        voltage_V=answer_V + random.normal(0.0, NOISE_V, t.size),
-        judged=np.ones(t.size, dtype=bool),
-        motion=np.full(t.size, "hover"),
-    )
+    return recorded(true, random, seed=seed, noise_A=noise_A, truth=truth)
 
 
 @pytest.mark.parametrize(
@@ -64,14 +72,7 @@ def gusty(seed: int) -> Flight:
     knot_s = np.arange(0.0, 481.0)
     gusts = gaussian_filter1d(random.normal(0.0, 2.5, knot_s.size), 1.0)
     true = Load(time_s=t, current_A=10.0 + np.interp(t, knot_s, gusts))
-    answer_V = simulate(pack(), true).require().voltage_V
-    return replace(
-        flown(seed=seed),
-        load=replace(true, current_A=true.current_A + random.normal(0.0, 0.4, t.size)),
-        voltage_V=answer_V + random.normal(0.0, NOISE_V, t.size),
-        judged=np.ones(t.size, dtype=bool),
-        motion=np.full(t.size, "hover"),
-    )
+    return recorded(true, random, seed=seed, noise_A=0.4)
 
 
 def test_instruments_that_are_right_are_no_more_probable_than_none(
@@ -95,14 +96,7 @@ def calm(truth: tuple[AnyEffect, ...], seed: int) -> Flight:
     random, t = np.random.default_rng(seed), np.arange(0.0, 360.0, 0.1)
     slow_A = gaussian_filter1d(random.normal(0.0, 6.0, t.size), 20.0)
     true = Load(time_s=t, current_A=9.0 + slow_A + 2.0 * np.sin(2 * np.pi * t / 60 + seed))
-    answer_V = simulate(replace(pack(), effects=truth), true).require().voltage_V
-    return replace(
-        flown(seed=seed),
-        load=replace(true, current_A=true.current_A + random.normal(0.0, 0.15, t.size)),
-        voltage_V=answer_V + random.normal(0.0, 6e-3, t.size),
-        judged=np.ones(t.size, dtype=bool),
-        motion=np.full(t.size, "hover"),
-    )
+    return recorded(true, random, seed=seed, noise_A=0.15, noise_V=6e-3, truth=truth)
 
 
 def test_a_lag_and_a_clock_that_cancel_are_no_filter_for_noise() -> None:
@@ -120,14 +114,7 @@ def white_gusts(seed: int, *, seconds: float) -> Flight:
     random, t = np.random.default_rng(seed), np.arange(0.0, seconds, 0.5)
     gusts_A = random.normal(0.0, 1.5, t.size)
     true = Load(time_s=t, current_A=10.0 + 3.0 * np.sin(t / 2) + gusts_A)
-    answer_V = simulate(pack(), true).require().voltage_V
-    return replace(
-        flown(seed=seed),
-        load=replace(true, current_A=true.current_A + random.normal(0.0, 0.5, t.size)),
-        voltage_V=answer_V + random.normal(0.0, 6e-3, t.size),
-        judged=np.ones(t.size, dtype=bool),
-        motion=np.full(t.size, "hover"),
-    )
+    return recorded(true, random, seed=seed, noise_A=0.5, noise_V=6e-3)
 
 
 def test_noise_of_one_recording_makes_that_of_another_of_the_same_pack_likely() -> None:
