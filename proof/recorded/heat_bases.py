@@ -24,6 +24,7 @@ from proof.recorded.heat_recordings import (
     leafs,
     lg_m50_other,
     lg_m50_others,
+    lg_m50_warm,
     lg_m50s,
     melasta_test,
     melastas,
@@ -51,6 +52,7 @@ from twin.pack import Pack
 
 DRIVEN = 0.6  # of the charge of a test, which is drawn in that time
 WARM, COOL = "US06 25 degC", "US06 10 degC"  # the cell had aged before the other cycles
+COLD_PULSES = "pulses 0 degC"
 AGAIN_1C = "03-10-17_23.36_3349_Dis1C_2.mat"
 SHORT_PULSES = (
     "negative.stoichiometry_max", "negative.stoichiometry_min", "positive.stoichiometry_max",
@@ -175,7 +177,7 @@ def _panasonic(folder: Path, concealed: Collection[str]) -> Given:
     given = _panasonic_slow(folder, ())
     one, again = (_panasonic_1c(folder, file) for file in (panasonic.ONE_C, AGAIN_1C))
     warm, cold = (_panasonic_pulses(folder, degrees) for degrees in (25, 0))
-    if set(concealed) == {WARM}:
+    if set(concealed) == {WARM} or COLD_PULSES in concealed:
         cold = ()
     slow, *short = given.tests
     return replace(
@@ -293,7 +295,7 @@ CELLS: Mapping[str, Material] = {
     "samsung": _cell(SAMSUNG_OF, _samsung, samsungs("S001")),
     "samsung_2": _cell(SAMSUNG_OF, partial(_samsung, cell="S002"), samsungs("S002")),
     "samsung_slow": _cell(SAMSUNG_OF, _samsung_slow, samsungs("S001")),
-    "lg_m50": _cell(LG_OF, _lg_m50, lg_m50s()),
+    "lg_m50": _cell(LG_OF, _lg_m50, {**lg_m50s(), **lg_m50_warm()}),
     "lg_m50_slow": _cell(LG_OF, _lg_m50_slow, lg_m50s()),
     "lg_m50_2": _cell(LG_2_OF, _lg_m50_2, lg_m50_others(), as_it_is),
     "panasonic": _cell(PANASONIC_OF, _panasonic, panasonics(), driven),

@@ -7,8 +7,11 @@ blind. h22 to h28 were written down then, before any was run; of their recording
 one each with the first ones. A question is of one pack: of the LG M50 each rate was drawn from
 another cell in another mount (`lg_m50.cools_s`), so that h05 to h07, which had asked of 2C what 1C
 shows, and h08 (0.5C, 1C) are of one rate each since, and h29 to h31 of the others; these changes
-were written down before any of them was run. h17 has two rates, and conceals no temperature. What
-counts as right:
+were written down before any of them was run. h17 has two rates, and conceals no temperature.
+
+h32 to h36 are blind: recordings that nothing had used, or only a base twin of other trials, written
+down when the engine and the ways of calibrating were done, run once. No base of the trials above
+has changed for them. What counts as right:
 
 Isothermal. The twin stays at the temperature the cell had at the start, the cell warmed by 8 to
 40 K: `self_heating`. Given are current and voltage alone.
@@ -104,4 +107,10 @@ ENTRIES = (
     Entry(name="trial-h29", cell="lg_m50", kind=ISOTHERMAL, fitted="2C 25 degC"),
     Entry(name="trial-h30", cell="lg_m50", kind=ISOTHERMAL, fitted="2C 0 degC"),
     Entry(name="trial-h31", cell="lg_m50", kind=ISOTHERMAL, fitted="2C 10 degC"),
+    Entry(name="trial-h32", cell="lg_m50", kind=MISSTATED, fitted="0.5C 45 degC", told_C=25.0),
+    Entry(name="trial-h33", cell="lg_m50", kind=MISSTATED, fitted="1C 45 degC", told_C=25.0),
+    Entry(name="trial-h34", cell="lg_m50", kind=MISSTATED, fitted="1.5C 45 degC", told_C=25.0),
+    Entry(name="trial-h35", cell="samsung", kind=MISSTATED, fitted="pulses 40 degC", told_C=25.0),
+    Entry(name="trial-h36", cell="panasonic", kind=MISSTATED, fitted="pulses 0 degC", told_C=25.0,
+          aged=True),
 )  # fmt: skip

@@ -41,22 +41,20 @@ def leaf_test(folder: Path, times: int) -> RealTest:
 
 
 def samsungs(cell: str) -> Recordings:
-    """Of S001 or S002."""
-    return {name: partial(samsung_test, name=name, cell=cell) for name in ("2C", "3C", "4C")}
+    """Of S001 or S002; pulses of a third one, in a chamber at 40 degC."""
+    fast = {name: partial(samsung_test, name=name, cell=cell) for name in ("2C", "3C", "4C")}
+    return {**fast, "pulses 40 degC": samsung.warm_pulses}
 
 
 def lg_m50s() -> Recordings:
     """Of the first cells, each rate from one of its own."""
     names = [("0.5C", 10), ("1C", 0), ("1C", 10), ("1C", 25), ("2C", 0), ("2C", 10), ("2C", 25)]
+    return {f"{name} {degrees} degC": _lg_m50(name, degrees) for name, degrees in names}
 
-    def read(folder: Path, name: str, degrees: int) -> RealTest:
-        raw = matlab(recording(folder, lg_m50.RATES))
-        return until(lg_m50.rate(raw, degrees, name), FLOWN)
 
-    return {
-        f"{name} {degrees} degC": partial(read, name=name, degrees=degrees)
-        for name, degrees in names
-    }
+def lg_m50_warm() -> Recordings:
+    """Of three more, in a chamber at 45 degC."""
+    return {f"{name} 45 degC": _lg_m50(name, 45) for name in ("0.5C", "1C", "1.5C")}
 
 
 def lg_m50_others() -> Recordings:
@@ -71,14 +69,23 @@ def lg_m50_others() -> Recordings:
     return {**half, "2C 25 degC": partial(lg_m50_other, cell=796, name="2C", degrees=25)}
 
 
+def _lg_m50(name: str, degrees: int) -> Callable[[Path], RealTest]:
+    def read(folder: Path) -> RealTest:
+        raw = matlab(recording(folder, lg_m50.RATES))
+        return until(lg_m50.rate(raw, degrees, name), FLOWN)
+
+    return read
+
+
 def lg_m50_other(folder: Path, cell: int, name: str, degrees: int, which: int = 0) -> RealTest:
     """Of cell 786 or 796, `which` as it counts equal ones from 0."""
     return until(lg_m50.other(folder, cell, name, degrees, which), FLOWN)
 
 
 def panasonics() -> Recordings:
-    """Drive cycles."""
-    return {name: partial(panasonic.cycle, name=name) for name in panasonic.HELD_OUT}
+    """Drive cycles, and pulses in the cold."""
+    cycles = {name: partial(panasonic.cycle, name=name) for name in panasonic.HELD_OUT}
+    return {**cycles, "pulses 0 degC": partial(panasonic.pulses, degrees=0)}
 
 
 def about_energies(chemistry: str) -> Recordings:
@@ -104,12 +111,14 @@ def leafs() -> Recordings:
 
 
 def steady(test: RealTest) -> RealTest:
-    """A sample every STEP_S."""
-    return every(test, STEP_S)
+    """A sample every STEP_S; of pulses the first."""
+    return pulsed(test) if _pulses(test) else every(test, STEP_S)
 
 
 def driven(test: RealTest) -> RealTest:
-    """The first DRIVEN_S, in means over DRIVE_S."""
+    """The first DRIVEN_S, in means over DRIVE_S; of pulses the first."""
+    if _pulses(test):
+        return pulsed(test)
     return binned(test.part(slice(0, int(np.searchsorted(test.time_s, DRIVEN_S)))), DRIVE_S)
 
 
@@ -125,6 +134,10 @@ def either(test: RealTest) -> RealTest:
 
 def pulsed(test: RealTest) -> RealTest:
     """Discharges as they are; of pulses the first."""
-    if not test.name.startswith("pulses"):
+    if not _pulses(test):
         return test
     return spaced(test.part(slice(0, int(np.searchsorted(test.time_s, PULSED_S)))), PULSE_S)
+
+
+def _pulses(test: RealTest) -> bool:
+    return test.name.startswith("pulses")

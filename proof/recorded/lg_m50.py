@@ -107,10 +107,7 @@ def pulse(raw: SimpleNamespace, tenths: int, slow: RealTest) -> RealTest:
 
 
 def cell(folder: Path) -> RealCell:
-    """Fitted at 25 degC and up to 1C, judged at other rates and in the cold.
-
-    The file's tests at 45 degC are not used: those it names 1C and 1.5C run at 2.5 A and 5 A.
-    """
+    """Fitted at 25 degC and up to 1C, judged at other rates and in the cold."""
     rates, pulses = matlab(recording(folder, RATES)), matlab(recording(folder, PULSES))
     slow = rate(rates, 25, "0.1C")
     return RealCell(

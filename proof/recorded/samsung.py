@@ -15,6 +15,8 @@ FloatArray = npt.NDArray[np.float64]
 
 FOLDER = "battery/samsung_30q/"
 PULSES = "hppc/hppc_20degC_10pct_soc_steps.txt"
+WARM_PULSES = "hppc/DNN01_HPPC_2C_40amb_processed_scrubbed.csv"
+WARM_PERIOD_S = 1.0  # by the charge that the file counts from row to row
 PERIOD_S = 1.0005  # of the pulse test, median
 COLUMNS = {"time_s": 0, "current_A": 1, "voltage_V": 2, "temperature": 4}
 LEAST_V = 2.0  # below it a sample is a fault of the logger
@@ -41,6 +43,23 @@ def pulses(folder: Path) -> RealTest:
     steps[(steps <= 0) | (steps > 2 * PERIOD_S)] = PERIOD_S
     table[:, 0] = np.append(0.0, np.cumsum(steps))
     return _test("pulses 20 degC", table, "S001")
+
+
+def warm_pulses(folder: Path) -> RealTest:
+    """Of a third cell, DNN01, at 40 degC: 10 s at 2C, a twentieth of the charge at C/3, an hour.
+
+    No row has a time: they are WARM_PERIOD_S apart.
+    """
+    path = recording(folder, FOLDER + WARM_PULSES)
+    charge_A, voltage_V, celsius, _ = np.loadtxt(path, delimiter=",", skiprows=1).T
+    return RealTest(
+        name="pulses 40 degC",
+        time_s=WARM_PERIOD_S * np.arange(charge_A.size),
+        current_A=-charge_A,
+        voltage_V=voltage_V,
+        temperature_K=celsius + ZERO_CELSIUS_K,
+        mount="DNN01",
+    )
 
 
 def _test(name: str, table: FloatArray, cell: str) -> RealTest:
