@@ -29,8 +29,8 @@ LEAD = (
     "1C it is 0.01 mV from the twin with the LiPo and 0.08 with the LG M50, on three times the "
     "points 0.05 (benchmarks/truth_mesh.py). Flights are gusty or calm, logged at 10, 5 or 2 Hz, "
     "with 4 to 12 mV of noise in the voltage and 0.08 A, in a third of them 0.2 to 0.8 A, in the "
-    "current; their floor is that noise with what the recorded current makes of the twin, beside "
-    "the one that flowed.",
+    "current. About one log in five begins in flight, with the charge that is left then. The floor "
+    "is the noise with what the recorded current makes of the twin, beside the one that flowed.",
     "Every entry of the ledger holds the hash of the one before it, so none can be changed or "
     "left out later without the last hash becoming another. It tells the order, and that nothing "
     "was exchanged later. That its clock was right, or that no other run was thrown away, it "

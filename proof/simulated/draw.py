@@ -24,6 +24,16 @@ SERIES = (3, 4, 6)
 START_SOC, START_C = (0.90, 0.99), (12.0, 35.0)
 M50_SOC = 0.6
 SECOND_FLIGHT = 1 / 3  # how often two are fitted
+BEGUN, BEFORE = 1 / 3, (0.03, 0.35)  # how often a log begins in flight; of its charge drawn by then
+STREAM = 3  # of the random numbers for that: all else of a seed's trials is as without it
+FROM_REST = {
+    "self_heating", "plating_stripping", "ocv_hysteresis", "lithium_inventory_loss",
+    "active_material_loss_negative", "active_material_loss_positive", "leakage",
+    "foreign:unseen_consumer",
+}  # fmt: skip
+"""What such a log cannot be asked of: how warm the cells are by then, how much has been stripped or
+has leaked, on which branch they are, and of how much lithium they are so full is in no pack file.
+"""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -39,6 +49,8 @@ class Drawn:
         plan: of its flights.
         flights: seeds of them; the last is held out.
         instruments: what records them.
+        begun: share of what a flight draws at least that was drawn before its log begins; 0: the
+            log begins at rest.
         seed: of the noise.
     """
 
@@ -50,7 +62,16 @@ class Drawn:
     plan: str
     flights: tuple[int, ...]
     instruments: Instruments
+    begun: float
     seed: int
+
+    @property
+    def before(self) -> float:
+        """Share of the pack's charge drawn before the log begins; from rest where the twin heats.
+
+        How warm it is by then is in no pack file.
+        """
+        return 0.0 if self.told.heat_transfer_W_m2_K else self.begun * self.drawn[0]
 
     @property
     def drawn(self) -> tuple[float, float]:
@@ -118,7 +139,7 @@ def _one(rng: np.random.Generator, kind: str, effects: tuple[str, ...]) -> Drawn
     barely = kind == "single" and rng.random() < BARELY
     low, high = STRENGTHS[:2] if barely else STRENGTHS[1:]
     flights = 3 if rng.random() < SECOND_FLIGHT else 2
-    return Drawn(
+    drawn = Drawn(
         kind=kind,
         effects=effects,
         flavours=_flavours(rng, effects),
@@ -127,8 +148,15 @@ def _one(rng: np.random.Generator, kind: str, effects: tuple[str, ...]) -> Drawn
         plan=_plan(rng),
         flights=_flights(rng, flights),
         instruments=_instruments(rng),
+        begun=0.0,
         seed=int(rng.integers(2**31)),
     )
+    return replace(drawn, begun=_begun(np.random.default_rng([drawn.seed, STREAM]), effects))
+
+
+def _begun(rng: np.random.Generator, effects: Sequence[str]) -> float:
+    begins = FROM_REST.isdisjoint(effects) and rng.random() < BEGUN
+    return float(rng.uniform(*BEFORE)) if begins else 0.0
 
 
 def _flavours(rng: np.random.Generator, effects: Sequence[str]) -> tuple[int, ...]:

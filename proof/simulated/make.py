@@ -1,6 +1,7 @@
 """A drawn trial made: sizes found, flights flown, recordings with noise."""
 
 from collections.abc import Iterator, Sequence
+from dataclasses import replace
 from math import hypot
 from pathlib import Path
 
@@ -58,13 +59,14 @@ def _made(drawn: Drawn, flights: Sequence[TrueFlight], solves: Solves) -> tuple[
         pack = ALL[e].make(pack, size, flavour)
     flown = [fly(pack, flight, solves) for flight in flights]
     pieces = [
-        record(f, "plain", np.random.default_rng([drawn.seed, k]), drawn.instruments)
+        record(f, "plain", np.random.default_rng([drawn.seed, k]), by, drawn.before)
         for k, f in enumerate(flown)
     ]
     names = [*(f"flight-{k + 1}" for k in range(len(flown) - 1)), "held-out"]
     asked = [_asked(name, r) for name, (r, _) in zip(names, pieces, strict=True)]
+    begun = replace(told, start_soc=told.start_soc - drawn.before)
     question = Question(
-        pack=told.pack(), ambient_K=told.ambient_K, fitted=tuple(asked[:-1]),
+        pack=begun.pack(), ambient_K=told.ambient_K, fitted=tuple(asked[:-1]),
         held_out=tuple(asked[-1:]), builtin=told.cell,
     )  # fmt: skip
     truth = Truth(
@@ -81,7 +83,7 @@ def _made(drawn: Drawn, flights: Sequence[TrueFlight], solves: Solves) -> tuple[
             "plan": drawn.plan, "cell": told.cell, "series": told.series,
             "heated": told.heat_transfer_W_m2_K or 0.0,
             "start": told.start_soc, "start_K": told.start_K, "noise_V": by.noise_V,
-            "noise_A": by.noise_A, "every": by.every,
+            "noise_A": by.noise_A, "every": by.every, "drawn before": drawn.before,
         },
     )  # fmt: skip
     return question, truth

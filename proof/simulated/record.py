@@ -80,21 +80,26 @@ cuts the current off at three quarters of its highest."""
 
 
 def record(
-    flown: Flown, variant: str, rng: np.random.Generator, instruments: Instruments = USUAL
+    flown: Flown,
+    variant: str,
+    rng: np.random.Generator,
+    instruments: Instruments = USUAL,
+    before: float = 0.0,
 ) -> tuple[Recording, Concealed]:
-    """With noise; every random number from `rng`."""
+    """With noise; every random number from `rng`. It begins when that share was drawn `before`."""
     seen = flown.recorded
     n = seen.time_s.size
     voltage_V = seen.voltage_V + instruments.noise_V * rng.standard_normal(n)
     current_A = seen.current_A + instruments.noise_A * rng.standard_normal(n)
-    kept = KEPT[variant](seen.time_s, rng) & (np.arange(n) % instruments.every == 0)
+    after = np.arange(n) - int(np.searchsorted(seen.drawn, before))
+    kept = KEPT[variant](seen.time_s, rng) & (after >= 0) & (after % instruments.every == 0)
     if variant == "quantised":
         step_V = rng.uniform(*STEPS_V)
         voltage_V = np.round(voltage_V / step_V) * step_V
     if variant == "saturated":
         current_A = np.minimum(current_A, 0.75 * seen.current_A.max())
     recording = Recording(
-        time_s=seen.time_s[kept],
+        time_s=seen.time_s[kept] - seen.time_s[kept][0],
         current_A=current_A[kept],
         voltage_V=voltage_V[kept],
         motion=flown.flight.motion[kept],

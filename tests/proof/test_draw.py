@@ -7,10 +7,13 @@ import numpy as np
 import pytest
 
 from proof.simulated.configured import END_SOC
-from proof.simulated.draw import NOISY_A, Drawn, draw, trials
+from proof.simulated.draw import BEFORE, FROM_REST, NOISY_A, Drawn, draw, trials
 from proof.simulated.effects import ALL, FOREIGN, LIBRARY
-from proof.simulated.flights import true_flight
+from proof.simulated.faults import Traces
+from proof.simulated.flights import TrueFlight, true_flight
+from proof.simulated.flown import Flown
 from proof.simulated.instruments import USUAL, Instruments
+from proof.simulated.record import record
 
 
 def test_the_same_seed_draws_the_same_trials_and_another_others() -> None:
@@ -81,6 +84,37 @@ def test_a_third_of_the_sensors_are_noisy_and_half_of_the_logs_slower() -> None:
     assert NOISY_A[0] <= min(noisy) < 0.25 < 0.65 < max(noisy) <= NOISY_A[1]
     assert {d.every for d in drawn} == {1, 2, 5}
     assert 0.4 < np.mean([d.every == 1 for d in drawn]) < 0.6
+
+
+def test_a_fifth_of_the_logs_begin_in_flight_where_a_pack_file_can_say_how() -> None:
+    drawn = draw(4, 300)
+    begun = [d for d in drawn if d.before]
+    assert 0.12 < len(begun) / 300 < 0.28
+    assert all(FROM_REST.isdisjoint(d.effects) for d in begun)
+    assert all(d.told.heat_transfer_W_m2_K is None for d in begun)
+    assert all(BEFORE[0] * d.drawn[0] <= d.before <= BEFORE[1] * d.drawn[0] for d in begun)
+    assert {d.otherwise(1).begun for d in drawn} == {d.begun for d in drawn}
+
+
+def test_a_log_that_begins_in_flight_is_the_end_of_the_whole_one() -> None:
+    n, by = 60, Instruments(noise_V=0.0, noise_A=0.0, every=5)
+    t = 0.1 * np.arange(n)
+    seen = Traces(
+        time_s=t, current_A=np.linspace(1.0, 9.0, n), voltage_V=12.0 - t,
+        drawn=np.linspace(0.0, 0.3, n), seed=1,
+    )  # fmt: skip
+    flight = TrueFlight(
+        name="hover-1", seed=1, time_s=t, current_A=seen.current_A, motion=np.full(n, "hover")
+    )
+    flown = Flown(recorded=seen, cells_V=seen.voltage_V[None], temperature_K=300 + t, flight=flight)
+    whole, _ = record(flown, "plain", np.random.default_rng(1), by)
+    late, hidden = record(flown, "plain", np.random.default_rng(1), by, 0.1)
+    assert whole.time_s == pytest.approx(0.5 * np.arange(12))
+    first = np.flatnonzero(seen.drawn >= 0.1)[0]
+    assert late.time_s == pytest.approx(0.5 * np.arange(late.time_s.size))
+    assert late.voltage_V == pytest.approx(seen.voltage_V[first::5])
+    assert late.current_A == pytest.approx(seen.current_A[first::5])
+    assert hidden.temperature_K == pytest.approx(flown.temperature_K[first::5])
 
 
 def test_a_flight_in_calm_air_has_no_gusts() -> None:
