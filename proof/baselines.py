@@ -17,7 +17,7 @@ from proof.outcome import Baseline
 from proof.question import Question
 from twin.mismatch import HYPOTHESES, Hypothesis
 from twin.mismatch.fit import Data, fit
-from twin.mismatch.split import split
+from twin.mismatch.split import flown_before, split
 
 BASE = (
     "electrolyte_transport",
@@ -44,6 +44,8 @@ def baselines(question: Question, verdict: Mapping[str, Any]) -> Iterator[Baseli
         slow_V=question.floor_V,
     )
     named = [e["id"] for e in verdict["effects"]]
+    if question.floor_V is None:  # as `twin.mismatch.explain` takes what flowed before
+        data = flown_before(data, [fit(data, [h for h in HYPOTHESES if h.id in named])]) or data
     yield _fitted(data, "refit", _known(BASE), "all numbers of the base twin at once")
     yield _corrected(data)
     if chosen := by_chance(named, _seed(question), series=question.pack.series):
@@ -89,7 +91,10 @@ def _corrected(data: Data) -> Baseline:
     """Of the residuals of the twin as configured."""
     found = corrected([Answered.of(flight) for flight, _ in data.fitted])
     ahead = [Answered.of(flight) for flight, _ in data.held_out]
-    left_V = np.concatenate([own.residual_V - found.at(own) for own in ahead])
+    left_V = np.concatenate([
+        whiten.settled(own.residual_V - found.at(own))
+        for own, (_, whiten) in zip(ahead, data.held_out, strict=True)
+    ])  # fmt: skip
     return Baseline(
         id="correction",
         what=f"sparse regression on {', '.join(found.names) or 'nothing'}",

@@ -12,6 +12,10 @@ from twin.effects.likely import SENSOR, likeliest
 
 FloatArray = npt.NDArray[np.float64]
 
+TURN = np.pi / 2
+"""Of the shares f and 1 - f of two samples: sines of that many times them, whose squares add up to
+one, as variances do."""
+
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ClockShift:
@@ -39,9 +43,9 @@ class ClockShift:
         """(n,) the current in the pack; beyond its ends that of the end.
 
         Straight between its own samples, whose corners lie between those of the recording: the
-        likeliest such current (`likely`), and what that leaves of the recording, from the nearest
-        of its samples: as much noise, whatever the shift. Straight between those of the recording
-        it would be too smooth. Not shifted at all, it is what was recorded.
+        likeliest such current (`likely`), and what that leaves of the recording, by TURN from the
+        two of its samples beside: as much noise, whatever the shift, and no leap as it grows.
+        Straight between those it would be too smooth. Not shifted at all, it is what was recorded.
         """
 
         def earlier(values: FloatArray) -> FloatArray:
@@ -55,8 +59,9 @@ class ClockShift:
         late = straight_matrix(time_s, at_s)
         seen = sparse.diags_array(known) @ late
         likely_A = likeliest(seen, one, known * recorded_A, recorded_A, time_s, self.noise_A)
-        nearest = np.searchsorted((time_s[1:] + time_s[:-1]) / 2, time_s + self.shift_s)
-        return np.asarray(likely_A + (recorded_A - late @ likely_A)[nearest])
+        turned = straight_matrix(time_s, time_s + self.shift_s)
+        turned.data = np.sin(TURN * turned.data)
+        return np.asarray(likely_A + turned @ (recorded_A - late @ likely_A))
 
 
 def _within(at_s: FloatArray, time_s: FloatArray) -> FloatArray:

@@ -15,7 +15,7 @@ import numpy.typing as npt
 
 from twin.calibrate.polish import bounded
 from twin.mismatch.bagged import bagged
-from twin.mismatch.fit import Data, Fitted, fit, refit
+from twin.mismatch.fit import Data, Fitted, Known, fit, refit
 from twin.mismatch.hypothesis import Hypothesis
 from twin.mismatch.problem import Problem
 
@@ -122,7 +122,7 @@ def models(
     looked.alone(most_alone)
     for size in range(2, most_effects + 1):
         looked.together(size)
-    looked.in_place()
+    looked.about_the_best(most_effects)
     if squared is data:
         return judged(looked.done.values())
 
@@ -170,18 +170,20 @@ class _Looked:
             if self._may_win(promise):
                 self._extended(promise)
 
-    def in_place(self) -> None:
-        """Of the best combination: is one of its effects not needed, would another do as well?
+    def about_the_best(self, most: int) -> None:
+        """Is one of its effects not needed, would another do as well, is one missing?
 
-        Asked again of a better one that this finds.
+        Asked again of a better one that this finds. Missing: among all combinations those of a
+        clock promise so much that they leave no place for others.
         """
         asked: set[tuple[str, ...]] = set()
         while (best := judged(self.done.values())[0].fitted).ids not in asked:
             asked.add(best.ids)
-            for rest in combinations(best.problem.hypotheses, max(len(best.ids) - 1, 0)):
-                base = self._fitted(rest, best)
-                promises = self._promises_of(base) if rest else []
-                for promise in sorted(promises, key=lambda p: p.left)[:TRIED]:
+            fewer = combinations(best.problem.hypotheses, max(len(best.ids) - 1, 0))
+            bases = [self._fitted(rest, best) for rest in fewer]
+            for base in (b for b in (*bases, best) if 0 < len(b.ids) < most):
+                promises = sorted(self._promises_of(base), key=lambda p: p.left)
+                for promise in promises[:TRIED]:
                     if self._may_win(promise):
                         self._extended(promise)
 
@@ -190,10 +192,21 @@ class _Looked:
         if ids not in self.done:
             self._progress(ids)
             ordered = sorted(chosen, key=lambda h: h.id)
-            known = base.problem.values(base.q) if base else {}
             problem = self._alone[ids[0]] if len(ids) == 1 else None
-            self.done[ids] = fit(self._data, ordered, known, problem)
+            self.done[ids] = fit(self._data, ordered, self._known(ids, base), problem)
         return self.done[ids]
+
+    def _known(self, ids: Sequence[str], base: Fitted | None) -> list[Known]:
+        """Numbers to begin at: those of a smaller model, and with them what it lacks as if alone.
+
+        A clock that is right beside nothing is at hand then where no start of its own comes near.
+        """
+        if base is None:
+            return []
+        own = base.problem.values(base.q)
+        more = [self.done[one,] for one in ids if one not in base.ids and (one,) in self.done]
+        alone = [f.problem.values(f.q) for f in more]
+        return [own, *({**lacked, **own} for lacked in alone)]
 
     def _extended(self, promise: Promise) -> None:
         self._fitted([*promise.base.problem.hypotheses, promise.more], promise.base)

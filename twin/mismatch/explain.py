@@ -10,7 +10,7 @@ from twin.mismatch.choose import ALIKE, Model, models, scale_of
 from twin.mismatch.contradict import contradiction
 from twin.mismatch.decide import LIKELY, Decision, candidates, decide
 from twin.mismatch.finding import Course, Errors, Finding, Span, Verdict
-from twin.mismatch.fit import Data, Fitted, fit
+from twin.mismatch.fit import Data, Fitted
 from twin.mismatch.flight import Flight, FloatArray
 from twin.mismatch.hypothesis import HYPOTHESES, Hypothesis
 from twin.mismatch.left import never_full
@@ -52,7 +52,8 @@ def explain(  # noqa: PLR0913
     data = split(fitted, held_out, slow_V=slow_V)
     most = {"most_effects": 1, "most_alone": SHORT} if short else {}
     found = models(data, hypotheses, progress=progress, **most)
-    if slow_V is None and (begun := _likely_flown(data, found)):
+    every = [m.fitted for m in found]
+    if slow_V is None and (begun := flown_before(data, every)):  # a stated error is as slow
         data, found = begun, models(begun, hypotheses, progress=progress, **most)
     best = found[0].fitted
     if not short and (finer := sharpened(data, best, stated=slow_V is not None)):
@@ -94,21 +95,6 @@ def explain(  # noqa: PLR0913
     )
 
 
-def _likely_flown(data: Data, found: Sequence[Model]) -> Data | None:
-    """With packs that had flown before their recordings; None if that is hardly more probable.
-
-    Not asked where an error of the twin is stated: a flight before leaves less, and as slowly.
-    """
-    before = flown_before(data)
-    if before is None:
-        return None
-    ways = {(), found[0].fitted.problem.hypotheses}
-    there = max(f.log_evidence(1.0) + f.log_before for f in (fit(before, own) for own in ways))
-    here = max(m.fitted.log_evidence(1.0) + m.fitted.log_before for m in found)
-    gain = there - before.log_size - here + data.log_size
-    return before if gain > ALIKE else None
-
-
 def _noisy(data: Data) -> Iterator[str]:
     """Of recordings that are not taken as they are."""
     told = {f.name: w.noise.current_A for f, w in (*data.fitted, *data.held_out)}
@@ -126,7 +112,8 @@ def _begun(data: Data) -> Iterator[str]:
     if names := ", ".join(dict.fromkeys(f.name for f, w in every if w.noise.flown)):
         yield (
             f"{names}: begins under load; its voltage says that the pack had flown before: what "
-            "that left in the cells is not known, and counts as noise until it is forgotten"
+            "that left in the cells is not known, and counts as noise until it is forgotten; all "
+            "errors are without it, at its likeliest"
         )
 
 

@@ -9,7 +9,6 @@ held-out ones given the fit: numbers that only fit are paid for, numbers that pr
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from math import log
-from types import MappingProxyType
 
 import numpy as np
 import numpy.typing as npt
@@ -27,7 +26,7 @@ MOST_STEPS = 25
 MOST_FOLLOWED = 3  # of the starts, those that miss least
 SMALL_GAIN = 1e-3  # of the cost, expected of the last step: what is left after it is far less
 LITTLE = 2.0  # squares
-NOTHING: Mapping[str, Mapping[str, float]] = MappingProxyType({})
+Known = Mapping[str, Mapping[str, float]]  # hypothesis -> number -> value
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -206,7 +205,7 @@ class Fitted:
 
 def fit(
     data: Data, hypotheses: Sequence[Hypothesis],
-    known: Mapping[str, Mapping[str, float]] = NOTHING, problem: Problem | None = None,
+    known: Sequence[Known] = (), problem: Problem | None = None,
 ) -> Fitted:  # fmt: skip
     """The best of the fits from all starts.
 
@@ -217,8 +216,8 @@ def fit(
     own, judge = data.problems(hypotheses)
     problem = problem or own
     starts = problem.starts()
-    if known:
-        starts += problem.starts_from(known)
+    for numbers in known:
+        starts += problem.starts_from(numbers)
     return _descended(problem, judge, _least(problem, starts, 1 if known else MOST_FOLLOWED))
 
 

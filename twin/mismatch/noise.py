@@ -119,12 +119,14 @@ class Whitener:
         first: (m,) where in `at` each mean begins.
         noise: what is expected of a sample.
         unexpected: of the means, what those before do not tell.
+        begun: of a pack that had flown before.
     """
 
     at: npt.NDArray[np.int64]
     first: npt.NDArray[np.int64]
     noise: Noise
     unexpected: Filter
+    begun: "Begun | None" = None
 
     @property
     def samples(self) -> npt.NDArray[np.int64]:
@@ -140,6 +142,32 @@ class Whitener:
             return columns[self.at]
         white = self.unexpected(means_from(columns[self.at], self.first))
         return tamed(white) if self.noise.heavy_tailed else white
+
+    def settled(self, residual_V: FloatArray) -> FloatArray:
+        """(j,) of (n,): the judged samples, without what flowed before at its likeliest."""
+        own_V = residual_V[self.at]
+        return own_V if self.begun is None else own_V - self.begun.likeliest_V(own_V, self.first)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Begun:
+    """What flowed before a recording, in the voltage of its judged samples.
+
+    Attributes:
+        ways_V: (j, k) as in `Unseen`.
+        unexpected: of the means, without these ways.
+        white: (m, k) the ways as they are in that.
+    """
+
+    ways_V: FloatArray
+    unexpected: Filter
+    white: FloatArray
+
+    def likeliest_V(self, residual_V: FloatArray, first: npt.NDArray[np.int64]) -> FloatArray:
+        """(j,) of residuals (j,): each way by as much as is likeliest, if all vary by 1."""
+        left = self.unexpected(means_from(residual_V[:, None], first))[:, 0]
+        inner = np.eye(self.white.shape[1]) + self.white.T @ self.white
+        return np.asarray(self.ways_V @ np.linalg.solve(inner, self.white.T @ left))
 
 
 def whitener(
@@ -169,17 +197,20 @@ def whitener(
         _wanders(drive, dt, Wander(size_V=noise.along_V, forgets_s=noise.along_s)),
         *(_wanders(np.ones(size), dt, left) for left in (noise.left, noise.smooth) if left),
     ]
+    white = noise.white_V**2 / np.diff(np.append(first, at.size))
     if between is not None and size:
-        kinds = between.walk_V, between.quick_V, between.paused_V, between.begun_V
-        walk, quick, paused, begun = (means_from(v[at], first) for v in kinds)
+        kinds = between.walk_V, between.quick_V, between.paused_V
+        walk, quick, paused = (means_from(v[at], first) for v in kinds)
         walk_s, paused_s = (v[at][first] for v in (between.walk_s, between.paused_s))
         states += [
             _walks(walk, walk_s),
             _wanders(quick, dt, Wander(size_V=1.0, forgets_s=between.quick_s)),
             _wanders(paused, np.diff(paused_s), Wander(size_V=1.0, forgets_s=1.0)),
-            _stays(begun),
         ]
-    white = noise.white_V**2 / np.diff(np.append(first, at.size))
+        if between.begun_V.any():
+            ways, rested = means_from(between.begun_V[at], first), filter_of(states, white)
+            begun = Begun(between.begun_V[at], rested, rested(ways))
+            return Whitener(at, first, noise, filter_of([*states, _stays(ways)], white), begun)
     return Whitener(at, first, noise, filter_of(states, white))
 
 

@@ -43,7 +43,7 @@ class Evidence:
     Attributes:
         residuals: (m,) unit variance if nothing is left out.
         slopes: (m, k) their derivative by the coordinates.
-        rms_V: recorded minus simulated there, samples that count.
+        rms_V: recorded minus simulated there, samples that count; without what flowed before.
     """
 
     residuals: FloatArray
@@ -224,12 +224,13 @@ class Problem:
         )
 
     def rms_V(self, q: FloatArray) -> float:
-        """Recorded minus simulated, samples that count."""
+        """Recorded minus simulated, samples that count; without what flowed before."""
         return self._rms_V([own[0] for own in self._residuals(self._each([q]))])
 
     def _rms_V(self, residuals_V: Sequence[FloatArray]) -> float:
-        """Of all samples that count, one (n,) a recording."""
-        counted = [r[self.judged(k)] for k, r in enumerate(residuals_V)]
+        """Of all samples that count, one (n,) a recording; without what flowed before them."""
+        both = zip(self._whiteners, residuals_V, strict=True)
+        counted = [whiten.settled(r) for whiten, r in both]
         return float(np.sqrt(np.mean(np.concatenate(counted) ** 2)))
 
     def whitened(self, points: Sequence[FloatArray]) -> list[list[FloatArray]]:

@@ -7,8 +7,9 @@ from math import sqrt
 import numpy as np
 
 from twin.mismatch.begun import begins_under_load
+from twin.mismatch.choose import ALIKE
 from twin.mismatch.coloured import smooth_noise
-from twin.mismatch.fit import Data, Fitted
+from twin.mismatch.fit import Data, Fitted, fit
 from twin.mismatch.flight import BoolArray, Flight, FloatArray, MismatchError
 from twin.mismatch.left import left_V, never_full
 from twin.mismatch.noise import Noise, Whitener, whitener
@@ -207,8 +208,11 @@ def sharpened(data: Data, best: Fitted, *, stated: bool = True) -> Data | None:
     return None if alike and not more else finer
 
 
-def flown_before(data: Data) -> Data | None:
-    """With packs that had flown before recordings that begin under load; None if none does."""
+def flown_before(data: Data, found: Sequence[Fitted]) -> Data | None:
+    """With packs that had flown before recordings that begin under load.
+
+    None if none begins so, or that is hardly more probable than the best that was `found`.
+    """
 
     def of(own: Recorded) -> Recorded:
         out = []
@@ -219,7 +223,16 @@ def flown_before(data: Data) -> Data | None:
         return tuple(out)
 
     before = replace(data, fitted=of(data.fitted), held_out=of(data.held_out))
-    return before if any(w.noise.flown for _, w in (*before.fitted, *before.held_out)) else None
+    if not any(w.noise.flown for _, w in (*before.fitted, *before.held_out)):
+        return None
+    best = max(found, key=_probable)
+    there = max(_probable(fit(before, own)) for own in {(), best.problem.hypotheses})
+    gain = there - before.log_size - _probable(best) + data.log_size
+    return before if gain > ALIKE else None
+
+
+def _probable(fitted: Fitted) -> float:
+    return fitted.log_evidence(1.0) + fitted.log_before
 
 
 def _noisy(data: Data) -> bool:
