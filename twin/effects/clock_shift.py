@@ -11,10 +11,7 @@ from twin.effects.effect import Parameter
 from twin.effects.likely import SENSOR, likeliest
 
 FloatArray = npt.NDArray[np.float64]
-
-TURN = np.pi / 2
-"""Of the shares f and 1 - f of two samples: sines of that many times them, whose squares add up to
-one, as variances do."""
+IntArray = npt.NDArray[np.int64]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -43,9 +40,9 @@ class ClockShift:
         """(n,) the current in the pack; beyond its ends that of the end.
 
         Straight between its own samples, whose corners lie between those of the recording: the
-        likeliest such current (`likely`), and what that leaves of the recording, by TURN from the
-        two of its samples beside: as much noise, whatever the shift, and no leap as it grows.
-        Straight between those it would be too smooth. Not shifted at all, it is what was recorded.
+        likeliest such current (`likely`), and what that leaves of the recording (`_as_rough`): as
+        much noise, whatever the shift, and no leap as it grows. Straight between those of the
+        recording it would be too smooth. Not shifted at all, it is what was recorded.
         """
 
         def earlier(values: FloatArray) -> FloatArray:
@@ -59,9 +56,8 @@ class ClockShift:
         late = straight_matrix(time_s, at_s)
         seen = sparse.diags_array(known) @ late
         likely_A = likeliest(seen, one, known * recorded_A, recorded_A, time_s, self.noise_A)
-        turned = straight_matrix(time_s, time_s + self.shift_s)
-        turned.data = np.sin(TURN * turned.data)
-        return np.asarray(likely_A + turned @ (recorded_A - late @ likely_A))
+        left_A = recorded_A - late @ likely_A
+        return np.asarray(likely_A + _as_rough(left_A, *_between(time_s, time_s + self.shift_s)))
 
 
 def _within(at_s: FloatArray, time_s: FloatArray) -> FloatArray:
@@ -77,8 +73,27 @@ def straight_matrix(time_s: FloatArray, at_s: FloatArray) -> sparse.csc_array:
     Beyond the ends those of the ends.
     """
     n, m = time_s.size, at_s.size
-    left = np.clip(np.searchsorted(time_s, at_s, side="right") - 1, 0, n - 2)
-    share = np.clip((at_s - time_s[left]) / (time_s[left + 1] - time_s[left]), 0.0, 1.0)
+    left, share = _between(time_s, at_s)
     weights = np.concatenate([1.0 - share, share])
     at = np.tile(np.arange(m), 2), np.concatenate([left, left + 1])
     return sparse.csc_array((weights, at), shape=(m, n))
+
+
+def _between(time_s: FloatArray, at_s: FloatArray) -> tuple[IntArray, FloatArray]:
+    """(m,) of the times before (n,) the last, and how much of the way to the next."""
+    left = np.clip(np.searchsorted(time_s, at_s, side="right") - 1, 0, time_s.size - 2)
+    share = np.clip((at_s - time_s[left]) / (time_s[left + 1] - time_s[left]), 0.0, 1.0)
+    return left, share
+
+
+def _as_rough(noise: FloatArray, left: IntArray, share: FloatArray) -> FloatArray:
+    """(m,) noise (n,) between its samples, of the same variance wherever that is.
+
+    From one sample to the next: their mean stays, half their difference turns into its opposite,
+    by way of as much of four samples further off that has no mean. A straight line has half the
+    variance midway.
+    """
+    r, k = np.pad(noise, 2, mode="edge"), left + 2
+    mean, half = (r[k] + r[k + 1]) / 2, (r[k] - r[k + 1]) / 2
+    beyond = (r[k - 1] - r[k - 2] + r[k + 2] - r[k + 3]) / np.sqrt(8.0)
+    return np.asarray(mean + np.cos(np.pi * share) * half + np.sin(np.pi * share) * beyond)
