@@ -5,9 +5,13 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from proof.baselines import by_chance
+from proof.baselines import baselines, by_chance
 from proof.correction import Answered, corrected
+from proof.question import Question, Recording
 from tests.proof import trials
+from tests.twin.mismatch.recordings import NOISE_V
+from tests.twin.mismatch.test_begun import late
+from twin.effects import SeriesResistance
 from twin.mismatch import HYPOTHESES
 from twin.simulate import simulate
 
@@ -74,3 +78,20 @@ def test_an_effect_by_chance_is_another_with_as_many_numbers(named: list[str]) -
         seen |= {h.id for h in chosen}
     assert len(seen) > 2
     assert "weak_cell" not in {h.id for h in by_chance(named, 0, series=1)}
+
+
+def test_of_logs_that_begin_in_flight_all_are_judged_without_what_flowed_before() -> None:
+    truth = (SeriesResistance(resistance_ohm=0.006),)
+    flights = [late(truth, seed) for seed in (1, 2)]
+    given = [
+        Recording(name=f.name, time_s=f.time_s, current_A=f.load.current_A, voltage_V=f.voltage_V)
+        for f in flights
+    ]
+    question = Question(
+        pack=flights[0].pack, ambient_K=flights[0].load.ambient_K, fitted=(given[0],),
+        held_out=(given[1],),
+    )  # fmt: skip
+    verdict = {"verdict": "named", "effects": [{"id": "series_resistance"}]}
+    found = {b.id: b.held_out_V for b in baselines(question, verdict)}
+    assert found["refit"] < 1.2 * NOISE_V
+    assert found["correction"] < 1.5 * NOISE_V

@@ -13,6 +13,8 @@ from twin.effects.likely import SENSOR, likeliest
 FloatArray = npt.NDArray[np.float64]
 IntArray = npt.NDArray[np.int64]
 
+WINDOW = 8  # samples either way
+
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ClockShift:
@@ -87,13 +89,16 @@ def _between(time_s: FloatArray, at_s: FloatArray) -> tuple[IntArray, FloatArray
 
 
 def _as_rough(noise: FloatArray, left: IntArray, share: FloatArray) -> FloatArray:
-    """(m,) noise (n,) between its samples, of the same variance wherever that is.
+    """(m,) noise (n,) between its samples, of the same mean and nearly the variance everywhere.
 
-    From one sample to the next: their mean stays, half their difference turns into its opposite,
-    by way of as much of four samples further off that has no mean. A straight line has half the
-    variance midway.
+    By a sinc in Lanczos' window, which midway takes 9 % of the variance of white noise, where a
+    straight line takes half.
+
+    Source: C. E. Duchon, Lanczos filtering in one and two dimensions, J. Appl. Meteorol. 18, 1016
+    (1979).
     """
-    r, k = np.pad(noise, 2, mode="edge"), left + 2
-    mean, half = (r[k] + r[k + 1]) / 2, (r[k] - r[k + 1]) / 2
-    beyond = (r[k - 1] - r[k - 2] + r[k + 2] - r[k + 3]) / np.sqrt(8.0)
-    return np.asarray(mean + np.cos(np.pi * share) * half + np.sin(np.pi * share) * beyond)
+    places = np.arange(1 - WINDOW, WINDOW + 1)
+    away = share[:, None] - places
+    weights = np.sinc(away) * np.sinc(away / WINDOW)
+    around = np.pad(noise, WINDOW, mode="edge")[left[:, None] + WINDOW + places]
+    return np.asarray((weights * around).sum(axis=1) / weights.sum(axis=1))

@@ -49,6 +49,8 @@ def test_what_flowed_before_a_recording_is_nothing_that_was_left_out(
     assert [e.id for e in found.effects] == said
     (said_so,) = (r for r in found.remarks if "had flown before" in r)
     assert said_so.startswith("flight 1, flight 2: begins under load")
+    assert found.errors.held_out_after < 1.2 * found.errors.noise  # not what flowed before
+    assert bool(truth) == (found.errors.held_out_before > 2 * found.errors.noise)
 
 
 def test_it_is_so_in_the_short_form_of_a_report() -> None:

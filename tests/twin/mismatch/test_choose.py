@@ -12,12 +12,15 @@ from twin.effects import (
     ClockShift,
     CurrentGain,
     SelfHeating,
+    SensorLag,
+    SeriesResistance,
     SolidDiffusionNegative,
     SolidDiffusionPositive,
 )
 from twin.mismatch import choose
-from twin.mismatch.fit import Fitted, fit
+from twin.mismatch.fit import Data, Fitted, Known, fit
 from twin.mismatch.hypothesis import HYPOTHESES, Hypothesis
+from twin.mismatch.problem import Problem
 from twin.mismatch.split import split
 from twin.pack import Pack
 
@@ -106,3 +109,35 @@ def test_an_effect_of_many_starts_promises_what_it_may_keep_about_one() -> None:
     promise = choose._promise(null, clock, choose.shapes_of(data.problems([clock])[0], null))
     possible = choose._squares(null) - choose._squares(alone)
     assert choose._squares(null) - promise.left < 2.5 * possible
+
+
+def test_what_extends_the_best_is_tried_whatever_else_promises_more(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """Combinations with a clock had promised so much that none with the lag was fitted."""
+    monkeypatch.setattr(choose._Looked, "together", lambda *_: None)
+    truth = [SensorLag(lag_s=0.5), SeriesResistance(resistance_ohm=0.01)]
+    few = [h for h in HYPOTHESES if h.id in {"sensor_lag", "series_resistance", "clock_shift"}]
+    data = split([flown(truth, seed=1)], [flown(truth, seed=2)])
+    assert choose.models(data, few)[0].ids == ("sensor_lag", "series_resistance")
+    assert max(len(m.ids) for m in choose.models(data, few, most_effects=1)) == 1
+
+
+def test_a_larger_model_begins_at_what_it_lacks_as_if_alone(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """A clock that was right beside nothing was lost beside reactions: no start of it was near."""
+    begun: dict[tuple[str, ...], list[set[str]]] = {}
+
+    def watched(data: Data, chosen: list[Hypothesis], known: list[Known], *more: Problem) -> Fitted:
+        begun[tuple(h.id for h in chosen)] = [set(numbers) for numbers in known]
+        return fit(data, chosen, known, *more)
+
+    monkeypatch.setattr(choose, "fit", watched)
+    truth = [ClockShift(shift_s=-0.4), CurrentGain(gain=1.05)]
+    few = [h for h in HYPOTHESES if h.id in {e.id for e in truth}]
+    data = split([flown(truth, seed=1)], [flown(truth, seed=2)])
+    assert choose.models(data, few)[0].ids == ("clock_shift", "current_gain")
+    both = {"clock_shift", "current_gain"}
+    assert sorted(map(len, begun["clock_shift", "current_gain"])) == [1, 2]
+    assert both in begun["clock_shift", "current_gain"]

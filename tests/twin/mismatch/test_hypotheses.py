@@ -27,6 +27,7 @@ from twin.effects import (
     SolidDiffusionPositive,
     VoltageGain,
 )
+from twin.effects.clock_shift import _as_rough, _between
 from twin.effects.sensor_lag import slope_matrix
 from twin.load import Between, Load
 from twin.mismatch.hypothesis import HYPOTHESES, UNCERTAIN, Hypothesis
@@ -285,3 +286,28 @@ def test_lithium_that_a_cold_charge_plated_is_counted_and_strips() -> None:
     with_it, without = (simulate(p, load).require() for p in (plated, pack()))
     assert abs(with_it.audit.relative_error) < 1e-13
     assert np.all(with_it.voltage_V >= without.voltage_V)
+
+
+def test_what_a_shifted_clock_makes_of_a_current_has_no_leap() -> None:
+    """At half a sample it had one: there the nearest of two samples becomes the other.
+
+    A clock that was off by just that was a place no fit could leave.
+    """
+    t = 0.1 * np.arange(400)
+    i = 20.0 + np.random.default_rng(3).normal(0.0, 3.0, t.size)
+    for shift_s in (-0.15, -0.1, -0.05, 0.05, 0.1, 0.25):
+        before, after = (
+            ClockShift(shift_s=shift_s + step_s, noise_A=1.0).flowed_A(t, i)
+            for step_s in (-1e-9, 1e-9)
+        )
+        assert after == pytest.approx(before, abs=1e-5)
+
+
+def test_between_its_samples_noise_is_as_rough_and_its_mean_stays() -> None:
+    t = 0.1 * np.arange(20_000)
+    noise = np.random.default_rng(4).normal(0.0, 1.0, t.size)
+    for share in (0.0, 0.2, 0.5, 0.8, 1.0):
+        between = _as_rough(noise, *_between(t, t[:-1] + 0.1 * share))
+        assert 0.94 < np.std(between) < 1.02  # a straight line: 0.71
+    level = np.full(t.size, 5.0)
+    assert _as_rough(level, *_between(t, t[:-1] + 0.05)) == pytest.approx(level[:-1])
