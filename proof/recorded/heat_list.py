@@ -10,8 +10,9 @@ shows, and h08 (0.5C, 1C) are of one rate each since, and h29 to h31 of the othe
 were written down before any of them was run. h17 has two rates, and conceals no temperature.
 
 h32 to h36 are blind: recordings that nothing had used, or only a base twin of other trials, written
-down when the engine and the ways of calibrating were done, run once. No base of the trials above
-has changed for them. What counts as right:
+down when the ways of calibrating were done, run once. No base of the trials above has changed for
+them. In the file of h34 the first voltage is one under load: its start was told wrong, which was
+seen only afterwards, and is left so. What counts as right:
 
 Isothermal. The twin stays at the temperature the cell had at the start, the cell warmed by 8 to
 40 K: `self_heating`. Given are current and voltage alone.
