@@ -11,9 +11,7 @@ from proof.simulated.draw import BEFORE, FROM_REST, NOISY_A, Drawn, draw, trials
 from proof.simulated.effects import ALL, FOREIGN, LIBRARY
 from proof.simulated.faults import Traces
 from proof.simulated.flights import TrueFlight, true_flight
-from proof.simulated.flown import Flown
 from proof.simulated.instruments import USUAL, Instruments
-from proof.simulated.record import record
 
 
 def test_the_same_seed_draws_the_same_trials_and_another_others() -> None:
@@ -97,6 +95,10 @@ def test_a_fifth_of_the_logs_begin_in_flight_where_a_pack_file_can_say_how() -> 
 
 
 def test_a_log_that_begins_in_flight_is_the_end_of_the_whole_one() -> None:
+    pytest.importorskip("pybamm", reason="PyBaMM makes the truths")
+    from proof.simulated.flown import Flown
+    from proof.simulated.record import record
+
     n, by = 60, Instruments(noise_V=0.0, noise_A=0.0, every=5)
     t = 0.1 * np.arange(n)
     seen = Traces(
