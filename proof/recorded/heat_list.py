@@ -9,7 +9,7 @@ another cell in another mount (`lg_m50.cools_s`), so that h05 to h07, which had 
 shows, and h08 (0.5C, 1C) are of one rate each since, and h29 to h31 of the others; these changes
 were written down before any of them was run. h17 has two rates, and conceals no temperature.
 
-h32 to h36 are blind: recordings that nothing had used, or only a base twin of other trials, written
+h32 to h36 are blind: recordings that no trial had used but as tests of a base twin, written
 down when the ways of calibrating were done, run once. No base of the trials above has changed for
 them. In the file of h34 the first voltage is one under load: its start was told wrong, which was
 seen only afterwards, and is left so. What counts as right:

@@ -35,7 +35,7 @@ from twin.pack import Pack
 SOURCE = "Sony VTC6 3 Ah, missions of an aircraft (Carnegie Mellon, resampled by mjihoon930)"
 LIST = ((100, 150), (200, 250), (250, 251), (150, 200))
 """Missions before the check-up that is fitted, and before the one that is held out. The last was
-written down when the engine was done, and run once."""
+written down later, before it was run, and run once; the others show both of its check-ups."""
 UNSEEN = 50
 LOSSES = (
     "lithium_inventory_loss",

@@ -5,7 +5,7 @@ offset; where the current is lively, a clock. Sizes make the twin miss the recor
 what it misses it by without the fault; they and the faults were chosen by that alone. The list was
 written before its trials were judged, but for two: k01 and k05 had been tried before it was. The
 size of k09 was changed from 1.5 to 2.5 s, by its strength, before it was judged. k12 to k15 are
-blind: two flights of octocopters that nothing had used, written down when the engine was done, run
+blind: two flights of octocopters that no trial had used, written down before they were run, run
 once; for a moment the voltage of one falls by 4 V where the recorded current does not rise, which
 it is missed by most. Left out are a lag or a clock in log171, log_0036 (rough samples), both
 octocopters (70 s and 52 s) and the NMC pouch (2 mOhm under a current that changes slowly): up to
