@@ -36,23 +36,38 @@ def preceded(pack: Pack, load: Load, random: np.random.Generator) -> tuple[Pack,
     """With a stretch of `load` before it, drawn by chance, and so many samples more.
 
     The pack begins with what that draws besides, so that it is as full where the recording begins.
-    The stretch is no longer than from a full pack, and of any length that is.
+    The stretch, as if the recording had been flown again and again, is of any length up to
+    LONGEST_S, and no longer than from a full pack.
     """
-    t, drawn_C = load.time_s, load.drawn_C()
-    longest_s = min(LONGEST_S, float(t[-1] - t[0]) / 2)
-    length_s = random.uniform(0.0, longest_s)
-    last = int(np.searchsorted(t, random.uniform(t[0] + length_s, t[-1])))
-    possible = (t >= t[last] - length_s) & (drawn_C[last] - drawn_C < _room_C(pack))
+    t, again = load.time_s, _again(load)
+    length_s = random.uniform(0.0, LONGEST_S)
+    last = int(np.searchsorted(again.time_s, random.uniform(length_s, again.time_s[-1])))
+    drawn_C, end_s = again.drawn_C(), again.time_s[last]
+    possible = again.time_s >= end_s - length_s
+    possible &= drawn_C[last] - drawn_C < _room_C(pack)
     first = int(np.argmax(possible))
-    before_s = t[first:last] - t[last] + t[0]
+    before_s = again.time_s[first:last] - end_s + t[0]
     whole = replace(
         load,
         time_s=np.append(before_s, t),
-        current_A=np.append(load.current_A[first:last], load.current_A),
+        current_A=np.append(again.current_A[first:last], load.current_A),
     )
     more_C = float(whole.drawn_C()[before_s.size])
     soc = min(pack.initial_soc + more_C / pack.rated_C, 1.0)
     return replace(pack, initial_soc=soc), whole, before_s.size
+
+
+def _again(load: Load) -> Load:
+    """The same again and again from 0 s, for longer than LONGEST_S and once more."""
+    t = load.time_s - load.time_s[0]
+    lasts_s = float(t[-1] + np.median(np.diff(t)))
+    times = 1 + int(LONGEST_S // lasts_s) + 1
+    starts_s = lasts_s * np.arange(times)
+    return replace(
+        load,
+        time_s=(starts_s[:, None] + t).ravel(),
+        current_A=np.tile(load.current_A, times),
+    )
 
 
 def slower(pack: Pack) -> tuple[Pack, ...]:

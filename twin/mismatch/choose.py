@@ -201,7 +201,7 @@ class _Looked:
 
         A clock that is right beside nothing is at hand then where no start of its own comes near.
         """
-        if base is None:
+        if base is None or not base.ids:
             return []
         own = base.problem.values(base.q)
         more = [self.done[one,] for one in ids if one not in base.ids and (one,) in self.done]

@@ -11,6 +11,7 @@ from twin.load import Between, Load
 from twin.mismatch import Flight, Verdict, explain
 from twin.mismatch.begun import begins_under_load, preceded
 from twin.mismatch.hypothesis import HYPOTHESES
+from twin.mismatch.unseen import unseen
 from twin.simulate import simulate
 
 FLOWN_S = 40.0
@@ -37,20 +38,40 @@ def late(truth: tuple[AnyEffect, ...], seed: int, *, flown_s: float = FLOWN_S) -
 
 
 @pytest.mark.parametrize(
-    ("truth", "said"),
-    [((), []), ((SeriesResistance(resistance_ohm=0.006),), ["series_resistance"])],
-    ids=["nothing", "resistance"],
+    ("truth", "said", "flown_s"),
+    [
+        ((), [], FLOWN_S),
+        ((SeriesResistance(resistance_ohm=0.006),), ["series_resistance"], FLOWN_S),
+        ((SeriesResistance(resistance_ohm=0.006),), ["series_resistance"], 2 * FLOWN_S),
+    ],
+    ids=["nothing", "resistance", "for twice as long as is recorded"],
 )
 def test_what_flowed_before_a_recording_is_nothing_that_was_left_out(
-    truth: tuple[AnyEffect, ...], said: list[str]
+    truth: tuple[AnyEffect, ...], said: list[str], flown_s: float
 ) -> None:
-    found = explain([late(truth, 1)], [late(truth, 2)], hypotheses=OURS)
+    flights = [late(truth, seed, flown_s=flown_s) for seed in (1, 2)]
+    found = explain(flights[:1], flights[1:], hypotheses=OURS)
     assert found.verdict is (Verdict.NAMED if truth else Verdict.NONE)
     assert [e.id for e in found.effects] == said
     (said_so,) = (r for r in found.remarks if "had flown before" in r)
     assert said_so.startswith("flight 1, flight 2: begins under load")
     assert found.errors.held_out_after < 1.2 * found.errors.noise  # not what flowed before
     assert bool(truth) == (found.errors.held_out_before > 2 * found.errors.noise)
+
+
+@pytest.mark.parametrize("flown_s", [20.0, FLOWN_S, 60.0, 80.0])
+def test_of_what_flowed_before_less_than_noise_is_left(flown_s: float) -> None:
+    """However long it flowed: the recordings are of 120 s less that."""
+    ours = late((), 1, flown_s=flown_s)
+    whole = simulate(pack(), flown((), seed=1).load).voltage_V[-ours.time_s.size :]
+    as_from_rest_V = simulate(ours.pack, ours.load).voltage_V
+    between = unseen(ours.pack, ours.load, flown=True)
+    assert between is not None
+    seen, ways = (whole - as_from_rest_V) / NOISE_V, between.begun_V / NOISE_V
+    sizes = np.linalg.solve(np.eye(ways.shape[1]) + ways.T @ ways, ways.T @ seen)
+    left = seen - ways @ sizes
+    assert seen @ seen > 300.0
+    assert left @ left + sizes @ sizes < 8.0  # of three starts another way
 
 
 def test_it_is_so_in_the_short_form_of_a_report() -> None:
