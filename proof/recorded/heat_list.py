@@ -11,8 +11,9 @@ were written down before any of them was run. h17 has two rates, and conceals no
 
 h32 to h36 are blind: recordings that no trial had used but as tests of a base twin, written
 down when the ways of calibrating were done, run once. No base of the trials above has changed for
-them. In the file of h34 the first voltage is one under load: its start was told wrong, which was
-seen only afterwards, and is left so. What counts as right:
+them. In the file of h34 the first voltage is one under load: in that run its start was told wrong,
+and the verdict, which said so, counted as wrong; the file is read right since (`lg_m50.rate`). What
+counts as right:
 
 Isothermal. The twin stays at the temperature the cell had at the start, the cell warmed by 8 to
 40 K: `self_heating`. Given are current and voltage alone.

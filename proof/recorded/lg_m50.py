@@ -8,6 +8,7 @@ from pathlib import Path
 from types import SimpleNamespace
 
 import numpy as np
+import numpy.typing as npt
 
 from proof.recorded.measured import (
     RealCell,
@@ -22,11 +23,14 @@ from twin.builtin import load_cell
 from twin.constants import ZERO_CELSIUS_K
 from twin.pack import Pack
 
+FloatArray = npt.NDArray[np.float64]
+
 RATES = "battery/lg_m50/LGM50_5Ah_RateTest.mat"
 PULSES = "battery/lg_m50/LGM50_5Ah_Pulse.mat"
 PULSED = (9, 7, 5, 3, 1)  # tenths of charge; 10 s of 1.5C each
 PULSED_CELL = "Cell1"
-FELL_V, FLOWS_A = 0.05, 1.0  # of a pulse of 7.5 A
+FELL_OHM = 0.007  # and more: of the voltage, at once, when a current begins
+FLOWS_A = 1.0  # of a pulse of 7.5 A
 OTHER = "battery/lg_m50/tec/Cell{}_{}_{}degC.csv"
 OTHER_COLUMNS = (3, 7, 8, 13)  # time, voltage, charging current, temperature
 
@@ -37,12 +41,22 @@ def rate(raw: SimpleNamespace, degrees: int, name: str) -> RealTest:
     whole = RealTest(
         name=f"{name} {degrees} degC",
         time_s=test.timeVec,
-        current_A=-test.currVec,
+        current_A=_flowing(-test.currVec, test.volVec),
         voltage_V=test.volVec,
         temperature_K=test.cellTemp_mid + ZERO_CELSIUS_K,
         mount=name,
     )
     return discharge_of(on_one_clock(whole))
+
+
+def _flowing(current_A: FloatArray, voltage_V: FloatArray) -> FloatArray:
+    """With the current in a first row that has its voltage already and itself not yet.
+
+    The logger reads voltage and current one after the other. Such a first voltage is not that of
+    rest: as the next row's current begins, it does not fall as a cell's does.
+    """
+    under_load = voltage_V[0] - voltage_V[1] < FELL_OHM * current_A[1]
+    return np.concatenate([current_A[1:2] if under_load else current_A[:1], current_A[1:]])
 
 
 def cools_s(raw: SimpleNamespace, degrees: int, name: str) -> float:
@@ -92,7 +106,7 @@ def pulse(raw: SimpleNamespace, tenths: int, slow: RealTest) -> RealTest:
     """
     test = getattr(getattr(raw.T25, f"SoC{tenths}"), PULSED_CELL).data
     current_A = -test.Current
-    began = int(np.argmax(np.diff(test.Voltage) < -FELL_V)) + 1
+    began = int(np.argmax(np.diff(test.Voltage) < -FELL_OHM * current_A.max())) + 1
     current_A[began] = max(current_A[began], current_A[began + 1])
     whole = RealTest(
         name=f"pulse at {tenths}0 % 25 degC",

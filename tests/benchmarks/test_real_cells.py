@@ -159,6 +159,18 @@ def test_a_row_without_a_voltage_gets_the_one_before() -> None:
     assert held_V(test).voltage_V.tolist() == [4.0, 4.0, 3.9, 3.9, 3.9]
 
 
+def test_a_first_voltage_under_load_is_not_one_of_rest() -> None:
+    """One discharge of the LG M50 has it in a row without a current; all others begin at rest."""
+    try:
+        raw = matlab(recording(SHARED, lg_m50.RATES))
+    except NotHere as e:
+        pytest.skip(str(e))
+    slow, fast = (lg_m50.rate(raw, 45, name) for name in ("1C", "1.5C"))
+    assert slow.current_A[0] == 0.0
+    assert fast.current_A[0] == fast.current_A[1] > 4.0
+    assert slow.voltage_V[0] - fast.voltage_V[0] > 0.1  # both cells had been charged alike
+
+
 def test_the_lg_m50_of_2c_was_in_a_mount_that_cools_less() -> None:
     """What no twin of slower tests can know: docs/proof_history.md."""
     try:
