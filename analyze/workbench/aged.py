@@ -41,7 +41,7 @@ class Life:
     cycle: Path | None
     pack: Path
     out: Path
-    between: str
+    between: str | None
     regime: Callable[..., Regime]
 
     @property

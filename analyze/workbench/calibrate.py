@@ -12,7 +12,7 @@ from pathlib import Path
 
 import click
 
-from analyze.checks import WrongUse, checked_pack, writable
+from analyze.checks import WrongUse, checked_pack, is_log, writable
 from analyze.interrupt import Asked, asked_to_stop
 from analyze.names import printable
 from analyze.workbench.aged import Life, run_life
@@ -44,7 +44,6 @@ from twin.pack import Pack
 
 LEAST_SQUARES = MOST_STEPS, "steps"
 SAVED_EVERY_S = 5.0  # the search, while it goes on
-OF_A_CYCLE = Between.LINEAR.value  # as twin age has it, where nothing else is given
 OF_TESTS = ("one_mount", "evaluations", "seed", "resume")
 OF_LIFE = ("repeat", "rest_s", "charge_rate", "until_rate", "charge_to")
 
@@ -124,6 +123,12 @@ def run(request: Request) -> int:
         return _fitted_to_all(request)
 
 
+def _of_a_cycle(request: Request) -> str | None:
+    """How the current of PROFILE.csv runs; of a log nothing is said, nor where nothing was."""
+    said = "between" in request.given and request.cycle is not None and not is_log(request.cycle)
+    return request.between if said else None
+
+
 def _fitted_to_all(request: Request) -> int:
     """To the tests, then to the life."""
     code = _of_tests(request) if request.tests else 0
@@ -133,7 +138,7 @@ def _fitted_to_all(request: Request) -> int:
             cycle=request.cycle,
             pack=request.out if request.tests else request.pack,
             out=request.out,
-            between=request.between if "between" in request.given else OF_A_CYCLE,
+            between=_of_a_cycle(request),
             regime=partial(
                 Regime,
                 repeat=request.repeat,

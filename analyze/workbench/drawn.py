@@ -45,7 +45,7 @@ class Ask:
     source: Path | None
     pack: Path
     out: Path
-    between: str
+    between: str | None
     sensor: Path | None
     battery: int | None
     concealed: frozenset[Channel] = frozenset()
@@ -107,6 +107,8 @@ def read_drawn(ask: Ask, choice: PackChoice) -> Drawn:
 
 
 def _of_log(log: Path, ask: Ask, choice: PackChoice) -> Drawn:
+    if ask.between:
+        raise WrongUse(f"{click.format_filename(log)} is a flight log: --between belongs to a CSV")
     flight = read_flight(
         Source(log=log, sensor=ask.sensor or sensor_beside(log), pack=choice, battery=ask.battery,
                concealed=ask.concealed)
@@ -139,7 +141,7 @@ def _of_csv(ask: Ask, choice: PackChoice) -> Drawn:
             table = read_load_csv(stream, name=name)
     except UnicodeDecodeError as e:
         raise LoadError(f"{name}: neither a flight log nor a CSV") from e
-    between = Between(ask.between)
+    between = Between(ask.between or Between.LINEAR)
     measured = between is Between.LINEAR  # programmed steps stand at their largest as they please
     table = _without(table, ask.concealed)
     table = renewed(table) if measured else table

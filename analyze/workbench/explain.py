@@ -13,7 +13,7 @@ from typing import Any
 import click
 import numpy as np
 
-from analyze.checks import WrongUse, checked_pack, writable
+from analyze.checks import WrongUse, checked_pack, is_log, writable
 from analyze.conceal import Channel
 from analyze.mismatching import remarks_of
 from analyze.names import printable
@@ -54,7 +54,7 @@ class Request:
     pack: Path
     out: Path
     adopt: Path | None
-    between: str
+    between: str | None
     battery: int | None
     conceal: str
     reveal: tuple[Path, ...]
@@ -164,13 +164,19 @@ def _drawn(
     path: Path, request: Request, choice: PackChoice, concealed: frozenset[Channel]
 ) -> Drawn:
     ask = Ask(
-        source=path, pack=request.pack, out=request.out, between=request.between, sensor=None,
-        battery=request.battery, concealed=concealed,
+        source=path, pack=request.pack, out=request.out, between=_between(path, request),
+        sensor=None, battery=request.battery, concealed=concealed,
     )  # fmt: skip
     with refusing():
         drawn = read_drawn(ask, choice)
     check_voltage(drawn)
     return replace(drawn, doubts=(*drawn.doubts, *_warmer(drawn, choice)))
+
+
+def _between(path: Path, request: Request) -> str | None:
+    """What is said of CSVs is not said of a log beside them."""
+    beside = is_log(path) and not all(map(is_log, request.logs))
+    return None if beside else request.between
 
 
 def check_voltage(drawn: Drawn) -> None:

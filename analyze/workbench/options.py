@@ -38,8 +38,7 @@ def numbers(
 BETWEEN = click.option(
     "--between",
     type=click.Choice(["linear", "hold"]),
-    default="linear",
-    show_default=True,
+    show_default="linear",
     help="How the current of a CSV runs between rows: straight (a sensor), or held (programmed "
     "steps).",
 )

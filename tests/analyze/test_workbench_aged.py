@@ -7,7 +7,6 @@ from pathlib import Path
 import pytest
 
 from analyze.pack_choice import read_pack
-from analyze.workbench.__main__ import main
 from analyze.workbench.aged import Life
 from tests.analyze.test_workbench_calibrate import FILES, call
 
@@ -96,10 +95,10 @@ def test_options_of_a_life_are_refused_where_there_is_none(tmp_path: Path, optio
 
 @pytest.mark.parametrize(
     ("arguments", "between"),
-    [([], "linear"), (["--between", "hold"], "hold"), (["--between", "linear"], "linear")],
+    [([], None), (["--between", "hold"], "hold"), (["--between", "linear"], "linear")],
 )
-def test_the_load_of_a_cycle_runs_between_rows_as_by_twin_age(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, arguments: list[str], between: str
+def test_how_the_load_of_a_cycle_runs_between_rows_is_what_is_said_of_it(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, arguments: list[str], between: str | None
 ) -> None:
     lives: list[Life] = []
     monkeypatch.setattr(
@@ -107,6 +106,4 @@ def test_the_load_of_a_cycle_runs_between_rows_as_by_twin_age(
     )
     result = call(tmp_path, *put_life(tmp_path), *arguments, pack=AGED)
     assert result.exit_code == 0, result.output
-    (by_default,) = (p.default for p in main.commands["age"].params if p.name == "between")
     assert [life.between for life in lives] == [between]
-    assert by_default == "linear"

@@ -177,6 +177,7 @@ def test_a_log_has_its_motions_in_the_spans(tmp_path: Path) -> None:
         (("cell.csv",), "4.100 V is 1.025 V a cell with 4 in series"),
         (("empty.csv",), "no column 'time_s'"),
         (("back.csv",), "back.csv, line 4: the clock goes back, from 9 s to 8 s (1 such lines)"),
+        ((str(SAMPLES / "light.ulg"), "--between", "hold"), "log: --between belongs to a CSV"),
         (("a.csv", "--battery", "1"), "is no flight log: --sensor and --battery belong to one"),
         (("bad.csv",), "no column 'time_s'"),
     ],
@@ -261,3 +262,14 @@ def test_a_csv_belongs_to_the_recording_it_is_named_after_else_to_the_last() -> 
     days = {f"{day}/a.ulg": Path(f"/{day}/a.ulg") for day in ("1", "2")}
     for day in ("1", "2"):
         assert belongs_to(Path(f"/{day}/a.warm.csv"), days) == f"{day}/a.ulg"
+
+
+def test_how_a_csv_runs_between_rows_is_not_said_of_a_log_beside_it(tmp_path: Path) -> None:
+    (csv := tmp_path / "a.csv").write_text("time_s,current_A\n0,1\n1,1\n")
+    log = SAMPLES / "light.ulg"
+    both = command.Request(
+        sources=(csv, log), holdout=(), pack=tmp_path, out=tmp_path, adopt=None, between="hold",
+        battery=None, conceal="", reveal=(),
+    )  # fmt: skip
+    assert [command._between(path, both) for path in both.logs] == ["hold", None]
+    assert command._between(log, replace(both, sources=(log,))) == "hold"  # and is refused

@@ -175,6 +175,7 @@ def test_a_rate_sweep_goes_down_to_the_cut_off(tmp_path: Path) -> None:
         (("--c-rate", "-1"), "expected numbers above 0 with commas"),
         (("--c-rate", "inf"), "expected numbers above 0"),
         (("LOAD", "--ambient-c", "25,-99"), "expected numbers above -73, 126 at most, with commas"),
+        ((str(SAMPLES / "light.ulg"), "--between", "hold"), "log: --between belongs to a CSV"),
         (("LOAD", "--battery", "1"), "--sensor and --battery belong to one"),
     ],
 )
