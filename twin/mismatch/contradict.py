@@ -5,11 +5,12 @@ from dataclasses import replace
 from itertools import combinations
 from math import hypot
 
-from twin.mismatch.choose import models, scale_of
+from twin.mismatch.choose import scale_of
 from twin.mismatch.decide import Decision, decide
 from twin.mismatch.finding import NamedEffect, Verdict
 from twin.mismatch.flight import Flight, MismatchError
 from twin.mismatch.hypothesis import Hypothesis
+from twin.mismatch.search import search
 from twin.mismatch.split import split
 
 AGREEING = 3.0
@@ -34,7 +35,9 @@ def contradiction(
             data = split([flight], (), slow_V=slow_V)
         except MismatchError:
             return together, ()
-        found = models(data, hypotheses, most_effects=1, progress=progress)
+        data, found = search(
+            data, hypotheses, stated=slow_V is not None, progress=progress, most_effects=1
+        )
         scale = scale_of(m.fitted for m in found)
         alone[name] = decide(found, scale, data.noise_V, stated_V=slow_V or 0.0)
         if alone[name].verdict is Verdict.UNKNOWN:

@@ -19,7 +19,8 @@ from twin.mismatch.noise import Whitener
 from twin.mismatch.parts import parts
 from twin.mismatch.pauses import pauses
 from twin.mismatch.problem import START_SOC
-from twin.mismatch.split import counted, flown_before, sharpened, split
+from twin.mismatch.search import search
+from twin.mismatch.split import counted, sharpened, split
 from twin.simulate import simulate
 
 SHOWN_DRIVERS = 5
@@ -50,13 +51,11 @@ def explain(  # noqa: PLR0913
         MismatchError: too little to judge.
     """
     data = split(fitted, held_out, slow_V=slow_V)
+    stated = slow_V is not None
     most = {"most_effects": 1, "most_alone": SHORT} if short else {}
-    found = models(data, hypotheses, progress=progress, **most)
-    every = [m.fitted for m in found]
-    if slow_V is None and (begun := flown_before(data, every)):  # a stated error is as slow
-        data, found = begun, models(begun, hypotheses, progress=progress, **most)
+    data, found = search(data, hypotheses, stated=stated, progress=progress, **most)
     best = found[0].fitted
-    if not short and (finer := sharpened(data, best, stated=slow_V is not None)):
+    if not short and (finer := sharpened(data, best, stated=stated)):
         data, found = finer, models(finer, hypotheses, progress=progress)
     scale = scale_of(m.fitted for m in found)
     null = next(m for m in found if not m.ids)

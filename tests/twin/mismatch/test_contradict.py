@@ -1,13 +1,15 @@
 """Recordings that stay unexplained together, and what each says alone."""
 
+from collections.abc import Callable
 from types import SimpleNamespace
 from typing import Any, cast
 
 import pytest
 
 from tests.twin.mismatch.recordings import flown
+from tests.twin.mismatch.test_begun import late
 from twin.effects import CurrentGain
-from twin.mismatch import HYPOTHESES, Verdict, contradict, explain
+from twin.mismatch import HYPOTHESES, Flight, Verdict, contradict, explain
 from twin.mismatch.contradict import agree
 from twin.mismatch.decide import Decision
 from twin.mismatch.finding import Value
@@ -36,12 +38,16 @@ def test_what_agrees(decisions: list[Any], alike: bool) -> None:  # noqa: FBT001
     assert agree(cast(Any, decisions)) is alike
 
 
-def test_recordings_of_two_sensors_are_ambiguous_and_each_is_told() -> None:
+@pytest.mark.parametrize("recorded", [flown, late], ids=["from rest", "from in flight on"])
+def test_recordings_of_two_sensors_are_ambiguous_and_each_is_told(
+    recorded: Callable[..., Flight],
+) -> None:
     """One reads 8 % too little, the other 8 % too much."""
     finding = explain(
-        [flown([CurrentGain(gain=1.08)], seed=1)], [flown([CurrentGain(gain=0.92)], seed=2)],
+        [recorded((CurrentGain(gain=1.08),), seed=1)],
+        [recorded((CurrentGain(gain=0.92),), seed=2)],
         hypotheses=GAINS,
-    )  # fmt: skip
+    )
     assert finding.verdict is Verdict.AMBIGUOUS
     assert [r.split(" with ")[0] for r in finding.remarks if " alone: " in r] == [
         "flight 1 alone: current_gain", "flight 2 alone: current_gain",
@@ -61,7 +67,7 @@ def test_what_all_say_alike_and_is_not_so_together_stays_unknown(
         )
         for s in shifts_s
     )
-    monkeypatch.setattr(contradict, "models", lambda *_, **__: ())
+    monkeypatch.setattr(contradict, "search", lambda data, *_, **__: (data, ()))
     monkeypatch.setattr(contradict, "scale_of", lambda _: 1.0)
     monkeypatch.setattr(contradict, "decide", lambda *_, **__: next(alone))
     together = Decision(verdict=Verdict.UNKNOWN, model=cast(Any, None), effects=())
