@@ -13,7 +13,7 @@ from math import log
 import numpy as np
 import numpy.typing as npt
 
-from twin.calibrate.polish import polish
+from twin.calibrate.polish import Polished, polish
 from twin.correlation import correlation_time
 from twin.mismatch.flight import Flight
 from twin.mismatch.hypothesis import Hypothesis
@@ -26,6 +26,7 @@ MOST_STEPS = 25
 MOST_FOLLOWED = 3  # of the starts, those that miss least
 SMALL_GAIN = 1e-3  # of the cost, expected of the last step: what is left after it is far less
 LITTLE = 2.0  # squares
+SAME_WAY = 0.1  # deviations of the prior, between points on two ways down
 Known = Mapping[str, Mapping[str, float]]  # hypothesis -> number -> value
 
 
@@ -240,11 +241,15 @@ def _least(problem: Problem, starts: Sequence[FloatArray], most: int) -> list[Fl
 
 
 def _descended(problem: Problem, judge: Problem, starts: Sequence[FloatArray]) -> Fitted:
-    best_q, best_cost = np.zeros(problem.size), np.inf
+    been: list[Polished] = []
     for start in starts:
+        own: list[Polished] = []
         for step in polish(problem, start, most_steps=MOST_STEPS, small_gain=SMALL_GAIN):
-            if step.cost < best_cost:
-                best_q, best_cost = step.q, step.cost
+            own.append(step)
+            if any(_lower_beside(step, other) for other in been):
+                break
+        been += own
+    best_q = min(been, key=lambda p: p.cost).q
     return Fitted(
         problem=problem,
         judge=judge,
@@ -252,6 +257,11 @@ def _descended(problem: Problem, judge: Problem, starts: Sequence[FloatArray]) -
         there=problem.evidence(best_q),
         ahead=judge.evidence(_carried(best_q, problem, judge)),
     ).verified()
+
+
+def _lower_beside(step: Polished, other: Polished) -> bool:
+    """A way from another start went on from there, so that this one would end where that did."""
+    return other.cost <= step.cost and float(np.abs(other.q - step.q).max()) < SAME_WAY
 
 
 def excess_of(residuals: FloatArray) -> float:
