@@ -86,8 +86,11 @@ LOADS = {
     ("lipo_2200", "2C"): constant(LIPO_AH, rate=2.0, duration_s=1500.0),
     ("lipo_2200", "pulses"): pulses(LIPO_AH, rate=4.0),
     ("lipo_2200", "flight"): flight(LIPO_AH, mean=8.0, peak=18.0, duration_s=360.0, seed=2),
+    ("uneven", "2C"): constant(LIPO_AH, rate=2.0, duration_s=1500.0),
+    ("uneven", "flight"): flight(LIPO_AH, mean=5.0, peak=11.0, duration_s=360.0, seed=3),
 }
-"""4C pulses for both; the LiPo's flight is as hard as it can fly, and so is shorter."""
+"""4C pulses for both; the LiPo's flight is as hard as it can fly, and so is shorter. Uneven: the
+LiPo with diffusivities that vary along a particle's radius, 50-fold and 18-fold over the window."""
 
 THERMAL = ("isothermal", "lumped")
 

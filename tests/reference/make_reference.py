@@ -15,11 +15,11 @@ import pybamm
 
 from tests.reference.dfn import DEFAULT, Answer, Mesh, solve_hold, solve_linear
 from tests.reference.loads import LOADS, ReferenceLoad, names
+from tests.reference.stored import cell_file
 
 FloatArray = npt.NDArray[np.float64]
 
 HERE = Path(__file__).parent
-CELLS = HERE.parents[1] / "twin" / "cells"
 TOLERANCE = 1e-8  # a hundredfold tighter one changes less than a microvolt (README)
 REFINEMENT = 1.5
 COARSEST = {  # of three meshes; a load of 6000 samples affords less
@@ -29,6 +29,8 @@ COARSEST = {  # of three meshes; a load of 6000 samples affords less
     ("lipo_2200", "2C"): Mesh(layer=8, particle=24),
     ("lipo_2200", "pulses"): Mesh(layer=8, particle=24),
     ("lipo_2200", "flight"): Mesh(layer=8, particle=24),
+    ("uneven", "2C"): Mesh(layer=8, particle=36),
+    ("uneven", "flight"): Mesh(layer=8, particle=36),
 }
 
 
@@ -51,7 +53,7 @@ def solve(
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")  # PyBaMM's own, about its own defaults
         return method(
-            CELLS / f"{cell}.bpx.json",
+            cell_file(cell),
             load.time_s,
             load.current_A,
             mesh=mesh,

@@ -8,7 +8,7 @@ import numpy as np
 import numpy.typing as npt
 
 from tests.reference.loads import ReferenceLoad
-from twin.builtin import builtin_text, load_cell
+from twin.builtin import load_cell
 from twin.effects.self_heating import SelfHeating
 from twin.load import Between, Load
 from twin.pack import Pack
@@ -17,6 +17,7 @@ from twin.solution import Solution
 
 FloatArray = npt.NDArray[np.float64]
 HERE = Path(__file__).parent
+CELLS = (HERE.parents[1] / "twin" / "cells", HERE)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -24,7 +25,7 @@ class Reference:
     """One load on one cell by PyBaMM, extrapolated to the limit of fine meshes.
 
     Attributes:
-        cell: name of the built-in cell.
+        cell: name of its file, see `cell_file`.
         kind: of load.
         heated: one lumped temperature; else held at 25 degC.
         load: the current.
@@ -59,12 +60,19 @@ class Reference:
             )
 
 
+def cell_file(cell: str) -> Path:
+    """Of a built-in cell, or of one that is only solved here."""
+    (file,) = (f for folder in CELLS if (f := folder / f"{cell}.bpx.json").exists())
+    return file
+
+
 def twin_pack(reference: Reference) -> Pack:
     """One cell as the reference has it: full, at rest, heat transfer from its BPX file."""
-    environment = json.loads(builtin_text(reference.cell))["State"]["Thermal environment"]
+    text = cell_file(reference.cell).read_text(encoding="utf-8")
+    environment = json.loads(text)["State"]["Thermal environment"]
     transfer = environment["Heat transfer coefficient [W.m-2.K-1]"]
     effects = (SelfHeating(heat_transfer_W_m2_K=transfer),) if reference.heated else ()
-    return Pack(cell=load_cell(reference.cell), effects=effects)
+    return Pack(cell=load_cell(cell_file(reference.cell)), effects=effects)
 
 
 def twin_load(load: ReferenceLoad) -> Load:

@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 
 from tests.reference.loads import LOADS, names
-from tests.reference.stored import Reference, simulate_reference
+from tests.reference.stored import Reference, cell_file, simulate_reference
 from twin.at_rest import open_circuit_V
 from twin.builtin import load_cell
 
@@ -18,7 +18,7 @@ def test_a_stored_load_is_the_one_its_formula_makes(name: str) -> None:
 
 @pytest.mark.parametrize("name", names())
 def test_a_stored_solution_is_converged_and_within_the_cut_offs(name: str) -> None:
-    reference, cell = Reference.read(name), load_cell(name.split("-")[0])
+    reference, cell = Reference.read(name), load_cell(cell_file(name.split("-")[0]))
     assert reference.own_error_rms_mV < 0.3
     assert cell.lower_cut_off_V < reference.voltage_V.min()
     assert reference.voltage_V.max() < cell.upper_cut_off_V + 1e-6
