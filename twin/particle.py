@@ -104,7 +104,7 @@ class Inside:
 
 @cache
 def inside(radial: Layer) -> Inside:
-    """Of `sphere_modes`: slope.T @ back is diagonal in their decay rates, but for the quadrature."""
+    """Of `sphere_modes`: slope.T @ back has their decay rates, but for the quadrature."""
     _, vector = _eigen(radial)
     parts = list(_elements(radial, COUPLED))
     value = np.vstack([p.value @ vector[p.nodes] for p in parts])
