@@ -82,6 +82,7 @@ def test_an_effect_by_chance_is_another_with_as_many_numbers(named: list[str]) -
 def test_of_logs_that_begin_in_flight_all_are_judged_without_what_flowed_before(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
+    """What can explain the voltage leaves less so; an effect by chance leaves what it may."""
     truth = (SeriesResistance(resistance_ohm=0.006),)
     flights = [late(truth, seed) for seed in (1, 2)]
     given = [
@@ -99,5 +100,7 @@ def test_of_logs_that_begin_in_flight_all_are_judged_without_what_flowed_before(
 
     without_V = held_out_V()
     monkeypatch.setattr("proof.baselines.flown_before", lambda *_: None)
-    assert all(without_V[name] < 0.95 * with_V for name, with_V in held_out_V().items())
+    with_V = held_out_V()
     assert set(without_V) == {"refit", "correction", "random"}
+    assert all(without_V[name] < 0.95 * with_V[name] for name in ("refit", "correction"))
+    assert without_V["random"] != with_V["random"]
