@@ -26,7 +26,7 @@ FloatArray = npt.NDArray[np.float64]
 
 EXACT = 2  # points of a quadrature beyond the order: r**2 times the square of an element's basis
 COUPLED = 0  # where a diffusivity varies: by EXACT a flight is 0.006 mV nearer, half as much code
-COVERED = 0.6
+COVERED = 0.6  # of the largest diffusivity along a radius, by what the modes decay at least
 SERIES_BELOW = 0.02  # 1 - phi loses digits as 1e-16 / z**2; five terms are exact to 1e-12 here
 
 
@@ -92,8 +92,8 @@ class Inside:
     """Modes along the radius, each by its contribution to the surface.
 
     Attributes:
-        value: (q, m) at the places of a quadrature.
-        slope: (q, m) by r / R.
+        value: (q, m) stoichiometry at the places of a quadrature, per stoichiometry at the surface.
+        slope: (q, m) of it by r / R.
         back: (q, m) what a product of a diffusivity and a slope there adds to each mode's decay.
     """
 
@@ -161,15 +161,19 @@ def advance_uneven(  # noqa: PLR0913
     The modes decay by one diffusivity a particle, exactly; what others along its radius add couples
     them, and is taken as in the middle of the step, to second order. That one is the diffusivity
     under the surface, but COVERED of the largest at least: twice as large ones make the coupling,
-    taken explicitly, grow in long steps.
+    taken explicitly, grow in long steps. An exponential midpoint rule: Hochbruck, Ostermann (2010),
+    section 2.
 
     Args:
         modes: as in `advance`.
-        flux: as there.
-        diffusivity: of stoichiometries (k,) -> (k,).
+        flux: as there [1/s].
+        diffusivity: of stoichiometries (k,) -> (k,) [m2/s].
         step_s: h.
-        per_diffusivity: h / R**2, with what warmth makes of it.
+        per_diffusivity: h / R**2 [s/m2], with what warmth makes of it.
         radial: the mesh of the sphere.
+
+    Returns:
+        (nodes, count) each, as in `advance`.
     """
     count = modes.shape[1]
     at_start = _along(modes, diffusivity, radial)
@@ -182,7 +186,7 @@ def advance_uneven(  # noqa: PLR0913
     middle = _along(decay * modes + phi1 * (coupled - drawn) / 2, diffusivity, radial)
     known, gain = advance(modes, flux, whole, step_s, radial)
     coupled = middle.coupled(one, radial) * per_diffusivity
-    return known + phi_functions(whole @ ca.DM(rate).T)[1] * coupled, gain
+    return known + phi1 * (1 + decay) / 2 * coupled, gain  # phi1 of the whole step, by its half
 
 
 @dataclass(frozen=True, slots=True, eq=False)

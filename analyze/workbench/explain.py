@@ -175,8 +175,9 @@ def _drawn(
 
 def _between(path: Path, request: Request) -> str | None:
     """What is said of CSVs is not said of a log beside them."""
-    beside = is_log(path) and not all(map(is_log, request.logs))
-    return None if beside else request.between
+    if request.between and is_log(path) and not all(map(is_log, request.logs)):
+        return None
+    return request.between
 
 
 def check_voltage(drawn: Drawn) -> None:

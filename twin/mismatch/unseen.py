@@ -33,7 +33,7 @@ AS_LARGE = 5  # samples in turn, over which that is averaged
 KEPT = (0.01, 0.99)  # of it from one sample to the next, least and most
 WAYS = 12  # in which a current may have flowed where the logger paused, or before
 SOC_IN_FLIGHT = 0.005  # of which a state of charge that was told in flight may be off
-SHAPES = 8  # of what follows: with 4 a bad contact in flight was a cell of less charge as well
+SHAPES = 8  # of what follows: with 4 a bad contact in flight was a cell of another charge besides
 MOST_KEPT = 0.9999  # of what follows, likewise
 LONG_AGO = 50.0  # times what it takes to forget: a pause begins anew
 
