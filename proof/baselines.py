@@ -17,7 +17,8 @@ from proof.outcome import Baseline
 from proof.question import Question
 from twin.mismatch import HYPOTHESES, Hypothesis
 from twin.mismatch.fit import Data, fit
-from twin.mismatch.split import flown_before, split
+from twin.mismatch.search import flown_before
+from twin.mismatch.split import split
 
 BASE = (
     "electrolyte_transport",

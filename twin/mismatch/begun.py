@@ -53,7 +53,7 @@ def preceded(pack: Pack, load: Load, random: np.random.Generator) -> tuple[Pack,
         current_A=np.append(again.current_A[first:last], load.current_A),
     )
     more_C = float(whole.drawn_C()[before_s.size])
-    soc = min(pack.initial_soc + more_C / pack.rated_C, 1.0)
+    soc = pack.initial_soc + min(more_C, _room_C(pack)) / pack.rated_C
     return replace(pack, initial_soc=soc), whole, before_s.size
 
 
@@ -89,5 +89,6 @@ def slower(pack: Pack) -> tuple[Pack, ...]:
 
 
 def _room_C(pack: Pack) -> float:
-    """That may have been drawn before."""
-    return (1.0 - pack.initial_soc) * pack.rated_C
+    """That may have been drawn before, from when the fullest of its cells was full."""
+    least_drawn = pack.charged().initial_soc - pack.numbers()["initial_soc"]
+    return max(least_drawn, 0.0) * pack.rated_C

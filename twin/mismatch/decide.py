@@ -130,14 +130,19 @@ def _as_stated(fitted: Fitted) -> bool:
 def _simplest(models: Sequence[Model]) -> Model:
     """The most probable, without those of its effects for which the evidence is not strong.
 
-    Nor those that change the voltage by less than the twin errs, where only noise is left without.
+    Nor those that spoil what was not fitted, or change the voltage by less than the twin errs,
+    where only noise is left without.
     """
     best = models[0]
     near = [
         m
         for m in models
         if set(m.ids) <= set(best.ids)
-        and (best.log_evidence - m.log_evidence < ALIKE or _hardly_less(m.fitted, best.fitted))
+        and (
+            best.log_evidence - m.log_evidence < ALIKE
+            or _misleads(best.fitted, m.fitted)
+            or _hardly_less(m.fitted, best.fitted)
+        )
     ]
     return min(near, key=lambda m: len(m.ids))
 
@@ -148,12 +153,12 @@ def _hardly_less(fitted: Fitted, best: Fitted) -> bool:
     return white(fitted) and max(changes_V) < TWIN_V * _series(best)
 
 
-def _misleads(fitted: Fitted, null: Fitted) -> bool:
+def _misleads(fitted: Fitted, without: Fitted) -> bool:
     """What was not fitted is predicted worse than without: it says nothing of the cell.
 
     Residuals within the twin's own error look like noise to the evidence, however slow they are.
     """
-    return fitted.held_out_rms_V() > null.held_out_rms_V()
+    return fitted.held_out_rms_V() > without.held_out_rms_V()
 
 
 def _within(fitted: Fitted, most_V: float) -> bool:

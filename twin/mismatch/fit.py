@@ -19,6 +19,7 @@ from twin.mismatch.flight import Flight
 from twin.mismatch.hypothesis import Hypothesis
 from twin.mismatch.noise import Whitener
 from twin.mismatch.problem import Evidence, Problem
+from twin.pack import Pack
 
 FloatArray = npt.NDArray[np.float64]
 
@@ -197,6 +198,13 @@ class Fitted:
     def held_out_rms_V(self) -> float:
         """The same of the held-out ones."""
         return self.ahead.rms_V
+
+    @property
+    def packs(self) -> tuple[list[Pack], list[Pack]]:
+        """As they are by this: one each of the fitted recordings, and of the held-out ones."""
+        both = ((self.problem, self.q), (self.judge, self.ahead_q))
+        fitted, ahead = ([p.pack(q, k) for k in range(len(p.flights))] for p, q in both)
+        return fitted, ahead
 
     @property
     def ahead_q(self) -> FloatArray:

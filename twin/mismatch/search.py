@@ -1,11 +1,18 @@
 """Models of recordings, with what flowed before these where that is likely."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import replace
+from itertools import combinations
 
-from twin.mismatch.choose import MOST_EFFECTS, Model, models
-from twin.mismatch.fit import Data
+from twin.mismatch.begun import begins_under_load
+from twin.mismatch.choose import ALIKE, MOST_EFFECTS, Model, models
+from twin.mismatch.fit import Data, Fitted, fit
 from twin.mismatch.hypothesis import Hypothesis
-from twin.mismatch.split import flown_before
+from twin.mismatch.split import Recorded, own_whitener
+from twin.pack import Pack
+
+MOST_ROUNDS = 3
+"""In which a twin is asked anew what a flight before left in it, and models are fitted anew."""
 
 
 def search(  # noqa: PLR0913
@@ -24,5 +31,74 @@ def search(  # noqa: PLR0913
         )
 
     found = of(data)
-    begun = None if stated else flown_before(data, [m.fitted for m in found])
-    return (begun, of(begun)) if begun else (data, found)
+    for _ in range(MOST_ROUNDS):
+        begun = None if stated else flown_before(data, [m.fitted for m in found])
+        if begun is None:
+            break
+        data, found = begun, of(begun)
+    return data, found
+
+
+def flown_before(data: Data, found: Sequence[Fitted]) -> Data | None:
+    """With packs that had flown before recordings that begin under load.
+
+    None if none begins so, or that is hardly more probable than the best that was `found`, be it
+    by all of its effects or by fewer: some may have stood for what flowed before.
+    """
+    if not _any_flown(_flown(data)):
+        return None
+    best = max(found, key=lambda f: _log_of((f, data)))
+    there, before = max((_settled(data, best, own) for own in _parts(best)), key=_log_of)
+    return before if _log_of((there, before)) - _log_of((best, data)) > ALIKE else None
+
+
+def _settled(data: Data, best: Fitted, own: Sequence[Hypothesis]) -> tuple[Fitted, Data]:
+    """These effects at their best, and what flowed before by the twin that has them.
+
+    Particles that are slow keep more of it, and for longer. How slow they are is told first by what
+    it left in the twin as configured, then by what it left in the one so found, while that is more
+    probable.
+    """
+    known = best.problem.values(best.q)
+    before = _flown(data)
+    now = fit(before, own, [known]), before
+    for _ in range(MOST_ROUNDS if own else 0):
+        before = _flown(data, now[0])
+        then = fit(before, own, [now[0].problem.values(now[0].q)]), before
+        if _log_of(then) - _log_of(now) < ALIKE:
+            break
+        now = then
+    return now
+
+
+def _log_of(seen: tuple[Fitted, Data]) -> float:
+    """Of the probability of all samples, in volts."""
+    fitted, data = seen
+    return fitted.log_evidence(1.0) + fitted.log_before - data.log_size
+
+
+def _flown(data: Data, about: Fitted | None = None) -> Data:
+    """Where a recording begins under load, by the twin as configured or as it is `about` there."""
+
+    def of(own: Recorded, packs: Sequence[Pack | None]) -> Recorded:
+        out = []
+        for (flight, w), pack in zip(own, packs, strict=True):
+            flown = begins_under_load(flight.pack, flight.recorded_load)
+            noise = replace(w.noise, flown=True)
+            out.append((flight, own_whitener(flight, noise, pack) if flown else w))
+        return tuple(out)
+
+    unsaid = tuple([None] * len(own) for own in (data.fitted, data.held_out))
+    fitted, ahead = about.packs if about else unsaid
+    return replace(data, fitted=of(data.fitted, fitted), held_out=of(data.held_out, ahead))
+
+
+def _any_flown(data: Data) -> bool:
+    return any(w.noise.flown for _, w in (*data.fitted, *data.held_out))
+
+
+def _parts(fitted: Fitted) -> Iterator[tuple[Hypothesis, ...]]:
+    """Its hypotheses, all and fewer."""
+    own = fitted.problem.hypotheses
+    for size in range(len(own) + 1):
+        yield from combinations(own, size)

@@ -6,10 +6,8 @@ from math import sqrt
 
 import numpy as np
 
-from twin.mismatch.begun import begins_under_load
-from twin.mismatch.choose import ALIKE
 from twin.mismatch.coloured import smooth_noise
-from twin.mismatch.fit import Data, Fitted, fit
+from twin.mismatch.fit import Data, Fitted
 from twin.mismatch.flight import BoolArray, Flight, FloatArray, MismatchError
 from twin.mismatch.left import left_V, never_full
 from twin.mismatch.noise import Noise, Whitener, whitener
@@ -75,10 +73,10 @@ def split(
     if not held_out and len(fitted) > 1:
         fitted, held_out = fitted[:-1], fitted[-1:]
     if held_out:
-        seen = [(f, _whitener(f, noise)) for f, noise in _all_seen((*fitted, *held_out), slow_V)]
+        seen = [(f, own_whitener(f, noise)) for f, noise in _all_seen((*fitted, *held_out), slow_V)]
         return Data(tuple(seen[: len(fitted)]), tuple(seen[len(fitted) :]))
     whole, noise = as_seen(fitted[0], slow_V)
-    own, ahead = (((part, _whitener(part, noise)),) for part in _blocks(whole))
+    own, ahead = (((part, own_whitener(part, noise)),) for part in _blocks(whole))
     return Data(own, ahead)
 
 
@@ -158,10 +156,10 @@ def _by_the_twin(flight: Flight) -> tuple[FloatArray, Flight]:
 def whitened(flight: Flight, slow_V: float | None) -> tuple[Flight, Whitener]:
     """A recording with what is chance in it, by the twin as configured."""
     seen, noise = as_seen(flight, slow_V)
-    return seen, _whitener(seen, noise)
+    return seen, own_whitener(seen, noise)
 
 
-def _whitener(flight: Flight, noise: Noise, pack: Pack | None = None) -> Whitener:
+def own_whitener(flight: Flight, noise: Noise, pack: Pack | None = None) -> Whitener:
     """`pack`: the twin that says how a voltage moves with what is unseen; that as configured."""
     own = flight.recorded_load
     between = unseen(pack or flight.pack, own, noise.current_A, flown=noise.flown)
@@ -208,33 +206,6 @@ def sharpened(data: Data, best: Fitted, *, stated: bool = True) -> Data | None:
     return None if alike and not more else finer
 
 
-def flown_before(data: Data, found: Sequence[Fitted]) -> Data | None:
-    """With packs that had flown before recordings that begin under load.
-
-    None if none begins so, or that is hardly more probable than the best that was `found`.
-    """
-
-    def of(own: Recorded) -> Recorded:
-        out = []
-        for flight, w in own:
-            flown = begins_under_load(flight.pack, flight.recorded_load)
-            noise = replace(w.noise, flown=True)
-            out.append((flight, _whitener(flight, noise) if flown else w))
-        return tuple(out)
-
-    before = replace(data, fitted=of(data.fitted), held_out=of(data.held_out))
-    if not any(w.noise.flown for _, w in (*before.fitted, *before.held_out)):
-        return None
-    best = max(found, key=_probable)
-    there = max(_probable(fit(before, own)) for own in {(), best.problem.hypotheses})
-    gain = there - before.log_size - _probable(best) + data.log_size
-    return before if gain > ALIKE else None
-
-
-def _probable(fitted: Fitted) -> float:
-    return fitted.log_evidence(1.0) + fitted.log_before
-
-
 def _noisy(data: Data) -> bool:
     """Of one recording at least the current has noise."""
     return any(w.noise.current_A for _, w in (*data.fitted, *data.held_out))
@@ -274,7 +245,7 @@ def _by_what_is_left(
     white = _white_V(flight, own, residual_V)
     if white is not None:
         own = replace(own, white_V=min(white, noise.white_V))
-    return flight, _whitener(flight, _coloured(flight, own, residual_V), pack)
+    return flight, own_whitener(flight, _coloured(flight, own, residual_V), pack)
 
 
 def _coloured(flight: Flight, noise: Noise, residual_V: FloatArray) -> Noise:

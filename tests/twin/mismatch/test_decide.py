@@ -173,14 +173,19 @@ def test_what_is_left_near_the_noise_is_no_other_cell(best_V: float, verdict: st
 
 @pytest.mark.parametrize(
     ("ahead_V", "excess", "verdict"),
-    [(0.006, 1.0, Verdict.NAMED), (0.013, 4.0, Verdict.UNKNOWN)],
+    [
+        (0.006, 1.0, Verdict.NAMED),
+        (0.013, 1.0, Verdict.NAMED),
+        (0.013, 4.0, Verdict.UNKNOWN),
+    ],
+    ids=["hardly worse", "spoilt", "spoilt, and more than noise is left without"],
 )
 def test_an_effect_that_makes_what_is_held_out_worse_is_no_error_of_the_twin(
     ahead_V: float, excess: float, verdict: Verdict
 ) -> None:
     """Of 30 mV one effect leaves 6; evidence for a second is strong, in microvolts of the fit."""
     null = model(Fit((), 0.027, 0.030, excess=500.0), -900.0, 0.0)
-    alone = model(_with_effect("hysteresis", 0.006, excess=1.0), -80.0, 0.0)
+    alone = model(_with_effect("hysteresis", 0.006, excess=excess), -80.0, 0.0)
     more = Fit(("hysteresis", "salt"), alone.fitted.rms_V() - 1e-6, ahead_V, excess=excess)
     found = decide([model(more, 0.0, 1.0), alone, null], 1.0, 0.005)
     assert found.verdict is verdict
