@@ -29,7 +29,6 @@ from twin.pack import Pack
 from twin.pack_file import effects_of
 from twin.pack_model import begin
 from twin.replay import Replay
-from twin.simulate import DEFAULT_MESH
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -169,7 +168,7 @@ def _compile_ahead(choice: PackChoice | None) -> None:
     cell, _ = cell_of(choice.cell if choice else DEFAULT_CELL)
     pack = Pack(cell=cell, effects=effects_of(file))
     for one in (pack, ageing(pack)):
-        begin(one, DEFAULT_MESH, Backend.AUTO)
+        begin(one, None, Backend.AUTO)
 
 
 def _sensor(source: Source, log: FlightLog) -> Sensor:

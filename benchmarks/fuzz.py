@@ -21,7 +21,7 @@ import numpy.typing as npt
 from benchmarks.fuzz_cases import Cycling, Flight, cycling, flight
 from twin.kernel import Backend
 from twin.protocol import FollowLoad, ProtocolResult, run
-from twin.simulate import DEFAULT_MESH, Run, solution_of
+from twin.simulate import Run, solution_of
 from twin.solution import Solution, Status
 from twin.step import StepModel
 
@@ -59,7 +59,7 @@ class Outcome:
 def fly(case: Flight) -> Outcome:
     """Simulate and judge."""
     pack, load = case.pack, case.load
-    one = Run(pack, load, DEFAULT_MESH, Backend.AUTO, None)
+    one = Run(pack, load, None, Backend.AUTO, None)
     one.change(case.numbers)
     one.run()
     got = solution_of(one, pack, load)

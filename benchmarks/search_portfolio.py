@@ -25,7 +25,7 @@ from twin.calibrate.search import MEMBERS, search
 from twin.kernel import Backend
 from twin.load import Load
 from twin.pack import Pack
-from twin.simulate import DEFAULT_MESH, Run, changeable, solution_of
+from twin.simulate import Run, changeable, solution_of
 from twin.solution import Status
 
 FloatArray = npt.NDArray[np.float64]
@@ -81,7 +81,7 @@ def numbers(points: FloatArray, truth: FloatArray) -> FloatArray:
 def voltage_V(values: FloatArray) -> FloatArray | None:
     """(n,) of the flight with other numbers; None if it does not reach the end."""
     pack, load, whole = _flight()
-    run = Run(pack, load, DEFAULT_MESH, Backend.AUTO, None)
+    run = Run(pack, load, None, Backend.AUTO, None)
     run.change(whole | dict(zip(NAMES, values.tolist(), strict=True)))
     run.run()
     return solution_of(run, pack, load).voltage_V if run.status is Status.DONE else None

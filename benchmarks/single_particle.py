@@ -18,7 +18,7 @@ from twin.builtin import load_cell
 from twin.kernel import Backend
 from twin.load import Load
 from twin.pack import Pack
-from twin.simulate import DEFAULT_MESH, Run, changeable, simulate, solution_of
+from twin.simulate import Run, changeable, simulate, solution_of
 from twin.solution import Solution
 
 FloatArray = npt.NDArray[np.float64]
@@ -39,7 +39,7 @@ def without_transport(numbers: Mapping[str, float]) -> dict[str, float]:
 
 def single_particle(pack: Pack, load: Load, state: FloatArray | None = None) -> Solution:
     """`simulate` without transport in the electrolyte and in the solid."""
-    run = Run(pack, load, DEFAULT_MESH, Backend.AUTO, None)
+    run = Run(pack, load, None, Backend.AUTO, None)
     run.change(without_transport(changeable(pack, load)))
     if state is not None:
         run.initial = run.state = state

@@ -117,7 +117,12 @@ class Stepper:
     """The cells of a pack in given surroundings; counts its kernel steps."""
 
     def __init__(
-        self, pack: Pack, ambient_K: float, tolerance_V: float, mesh: Mesh, backend: Backend
+        self,
+        pack: Pack,
+        ambient_K: float,
+        tolerance_V: float,
+        mesh: Mesh | None,
+        backend: Backend,
     ) -> None:
         self.model, self.kinds = pack_model(pack, mesh, backend), pack.cells()
         self.limits = Limits(pack.cell.lower_cut_off_V, pack.cell.upper_cut_off_V)

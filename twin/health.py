@@ -20,7 +20,6 @@ from twin.mesh import Mesh
 from twin.one_thread import SYMBOLS
 from twin.pack import CellKind, Pack
 from twin.protocol import TOLERANCE_V
-from twin.simulate import DEFAULT_MESH
 from twin.solution import LithiumAudit
 from twin.step import OUTPUTS
 
@@ -129,7 +128,7 @@ class Examiner:
     """Examines states of one pack (on one mesh); built once, since it holds functions."""
 
     def __init__(
-        self, pack: Pack, *, mesh: Mesh = DEFAULT_MESH, backend: Backend = Backend.AUTO
+        self, pack: Pack, *, mesh: Mesh | None = None, backend: Backend = Backend.AUTO
     ) -> None:
         self._pack = pack
         self._stepper = Stepper(pack, pack.cell.reference_K, TOLERANCE_V, mesh, backend)

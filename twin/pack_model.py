@@ -16,6 +16,7 @@ import numpy.typing as npt
 from twin.abreast import Abreast, begun_abreast
 from twin.audit import audit, mean_audit
 from twin.cell import Cell
+from twin.cell_mesh import mesh_of
 from twin.kernel import Backend
 from twin.limits import COLUMN
 from twin.mesh import Mesh
@@ -133,14 +134,14 @@ def steps_of(asked: Sequence[Asked]) -> list[OfSteps]:
     return done
 
 
-def pack_model(pack: Pack, mesh: Mesh, backend: Backend) -> PackModel:
+def pack_model(pack: Pack, mesh: Mesh | None, backend: Backend) -> PackModel:
     """Of `pack`; kernels are kept, so the same again costs nothing."""
     with SYMBOLS:
         cell, own = _cell_kernel(_Structure.of(pack, mesh, backend))
     return PackModel(cell, tuple(kind.count for kind in pack.cells()), own)
 
 
-def begin(pack: Pack, mesh: Mesh, backend: Backend) -> None:
+def begin(pack: Pack, mesh: Mesh | None, backend: Backend) -> None:
     """Start to compile what `pack_model` will ask for, and do not wait for it."""
     with SYMBOLS:
         _begun(_Structure.of(pack, mesh, backend))
@@ -157,8 +158,9 @@ class _Structure(NamedTuple):
     hysteretic: bool
 
     @classmethod
-    def of(cls, pack: Pack, mesh: Mesh, backend: Backend) -> "_Structure":
-        return cls(pack.cell, mesh, backend, pack.ages, pack.stressed, pack.hysteretic)
+    def of(cls, pack: Pack, mesh: Mesh | None, backend: Backend) -> "_Structure":
+        own = mesh or mesh_of(pack.cell)
+        return cls(pack.cell, own, backend, pack.ages, pack.stressed, pack.hysteretic)
 
 
 @lru_cache(maxsize=16)

@@ -14,7 +14,7 @@ from twin.kernel import Backend
 from twin.load import Load
 from twin.pack import Pack
 from twin.sensitivity import known_values
-from twin.simulate import DEFAULT_MESH, Run, changeable, run_all, solution_of
+from twin.simulate import Run, changeable, run_all, solution_of
 from twin.solution import Solution, Status
 
 FloatArray = npt.NDArray[np.float64]
@@ -77,7 +77,7 @@ def _solved(
 ) -> Iterator[Solution]:
     for first in range(0, len(members), AT_ONCE):
         some = members[first : first + AT_ONCE]
-        runs = [Run(pack, load, DEFAULT_MESH, Backend.AUTO, None) for _ in some]
+        runs = [Run(pack, load, None, Backend.AUTO, None) for _ in some]
         for run, numbers in zip(runs, some, strict=True):
             run.change(numbers)
         run_all(runs, workers=workers)

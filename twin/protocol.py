@@ -18,7 +18,7 @@ from twin.load import Load
 from twin.mesh import Mesh
 from twin.pack import Pack
 from twin.pack_model import of_places
-from twin.simulate import DEFAULT_MESH, flowed, simulate
+from twin.simulate import flowed, simulate
 from twin.solution import Inside, LithiumAudit, SimulationStopped, Status
 
 FloatArray = npt.NDArray[np.float64]
@@ -115,7 +115,7 @@ class Settings:
 
     ambient_K: float = 298.15
     tolerance_V: float = TOLERANCE_V
-    mesh: Mesh = DEFAULT_MESH
+    mesh: Mesh | None = None
     backend: Backend = Backend.AUTO
 
     def __post_init__(self) -> None:

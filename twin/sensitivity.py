@@ -20,7 +20,7 @@ from twin.one_thread import SYMBOLS
 from twin.pack import Pack, PackError
 from twin.parameters import vector
 from twin.pieces import sample_ends
-from twin.simulate import DEFAULT_MESH, OUTSIDE, Run, cells_of, changeable, solution_of
+from twin.simulate import OUTSIDE, Run, cells_of, changeable, solution_of
 from twin.solution import Solution
 from twin.step import DRIVE, StepModel
 from twin.tangent import Tangent, c_of_tangent, tangent_step
@@ -55,7 +55,7 @@ class Sensitivities:
 
 
 def sensitivity(
-    pack: Pack, load: Load, names: Sequence[str], *, mesh: Mesh = DEFAULT_MESH,
+    pack: Pack, load: Load, names: Sequence[str], *, mesh: Mesh | None = None,
     backend: Backend = Backend.AUTO,
 ) -> Sensitivities:  # fmt: skip
     """Derivatives of voltage and temperature by the numbers `names` of `changeable(pack, load)`.

@@ -19,7 +19,7 @@ from twin.inside import inside
 from twin.kernel import CHUNK, Backend
 from twin.limits import COLUMN, Limits
 from twin.load import Load
-from twin.mesh import Mesh, electrode_mesh
+from twin.mesh import Mesh
 from twin.pack import CellKind, Pack
 from twin.pack_model import Asked, of_places, pack_model, steps_of
 from twin.pieces import cut_into_pieces, sample_ends
@@ -27,7 +27,6 @@ from twin.solution import Solution, Status
 
 FloatArray = npt.NDArray[np.float64]
 
-DEFAULT_MESH = electrode_mesh((0.0, 1.0), (5,))
 """One element of order 5 an electrode: benchmarks/pybamm_replay.py shows its error."""
 LOCATE_HALVINGS = 20  # of a piece: 1 s / 2**20 is a microsecond
 
@@ -89,7 +88,7 @@ class Run:
     """
 
     def __init__(
-        self, pack: Pack, load: Load, mesh: Mesh, backend: Backend, state: FloatArray | None
+        self, pack: Pack, load: Load, mesh: Mesh | None, backend: Backend, state: FloatArray | None
     ) -> None:
         self.model, self.kinds = pack_model(pack, mesh, backend), pack.cells()
         self.pack, self._p = pack, self.model.parameters(self.kinds)
@@ -228,12 +227,13 @@ def simulate(
     pack: Pack,
     load: Load,
     *,
-    mesh: Mesh = DEFAULT_MESH,
+    mesh: Mesh | None = None,
     backend: Backend = Backend.AUTO,
     state: FloatArray | None = None,
 ) -> Solution:
     """The response of `pack` to `load` (pack current, discharge positive).
 
+    `mesh`: that of the cell (`mesh_of`) if there is none.
     `state` continues where another solution of this pack on this mesh ended (its `end_state`);
     None starts at rest as the pack says.
 
@@ -247,7 +247,7 @@ def simulate(
 
 def simulate_all(asked: Sequence[tuple[Pack, Load]]) -> list[Solution]:
     """`simulate` of each, several at once; they cost least with the same equations side by side."""
-    runs = [Run(*each, DEFAULT_MESH, Backend.AUTO, None) for each in asked]
+    runs = [Run(*each, None, Backend.AUTO, None) for each in asked]
     run_all(runs)
     return [solution_of(run, *each) for run, each in zip(runs, asked, strict=True)]
 

@@ -9,12 +9,13 @@ import numpy.typing as npt
 from scipy.optimize import minimize_scalar
 
 from proof.recorded.measured import BEYOND_V, RealCell, RealTest
+from twin.cell_mesh import mesh_of
 from twin.constants import FARADAY_C_mol
 from twin.layout import Layout
 from twin.load import Load
 from twin.mismatch.left import beyond_cut_offs
 from twin.pack import Pack
-from twin.simulate import DEFAULT_MESH, simulate
+from twin.simulate import simulate
 from twin.solution import Solution, Status
 
 FloatArray = npt.NDArray[np.float64]
@@ -27,7 +28,7 @@ SPANS = 60  # of a test, each at one temperature: at 9.1C the LiPo's rises by 0.
 def follow(model: Model, pack: Pack, test: RealTest) -> FloatArray:
     """(m,) voltage along the test, as far as it goes; SPANS spans at their measured temperature."""
     assert test.temperature_K is not None
-    layout = Layout(DEFAULT_MESH)
+    layout = Layout(mesh_of(pack.cell))
     where = layout.slice_of("temperature_K")
     state, out = None, np.empty(0)
     ends = np.unique(np.linspace(0, test.time_s.size - 1, SPANS + 1).astype(int)).tolist()

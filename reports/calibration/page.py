@@ -14,7 +14,7 @@ from reports.page import Page
 from reports.quantity import significant
 from reports.section import Row, Section
 from twin.calibrate.resample import FLOOR_V
-from twin.simulate import DEFAULT_MESH
+from twin.cell_mesh import mesh_of
 
 
 def calibration_page(report: CalibrationReport) -> Page:
@@ -33,7 +33,8 @@ def provenance(report: CalibrationReport) -> Section:
     found = report.found
     search = f"{report.evaluations} evaluations, seed {report.seed}"
     physics = ", ".join(e.id.replace("_", " ") for e in found.problem.pack.effects)
-    layers = DEFAULT_MESH.negative, DEFAULT_MESH.separator, DEFAULT_MESH.positive
+    mesh = mesh_of(found.problem.pack.cell)
+    layers = mesh.negative, mesh.separator, mesh.positive
     orders = ", ".join("+".join(map(str, layer.orders)) for layer in layers)
     return Section(
         id="provenance",

@@ -11,13 +11,14 @@ import numpy.typing as npt
 from tests.reference.ageing import ReferenceAgeing
 from tests.reference.loads import ReferenceLoad
 from twin.builtin import load_cell
+from twin.cell_mesh import DEFAULT_MESH
 from twin.effects import AGEING, ActiveMaterialLoss, StressEnhancedDiffusion
 from twin.layout import Layout
 from twin.load import Load
 from twin.mesh import Layer
 from twin.pack import Pack
 from twin.protocol import ConstantCurrent, FollowLoad, Rest, Step, StepResult, run
-from twin.simulate import DEFAULT_MESH, simulate
+from twin.simulate import simulate
 from twin.solution import LithiumAudit
 
 FloatArray = npt.NDArray[np.float64]

@@ -8,13 +8,14 @@ import pytest
 
 from twin import compiled
 from twin.builtin import load_cell
+from twin.cell_mesh import DEFAULT_MESH
 from twin.effects import OcvHysteresis, Sei, SelfHeating, WeakCell
 from twin.kernel import CHUNK, Backend
 from twin.lanes import LANES
 from twin.load import Load
 from twin.pack import Pack
 from twin.pack_model import Asked, pack_model, steps_of
-from twin.simulate import DEFAULT_MESH, Run, run_abreast, simulate, simulate_all
+from twin.simulate import Run, run_abreast, simulate, simulate_all
 from twin.solution import Status
 
 FloatArray = npt.NDArray[np.float64]

@@ -13,13 +13,14 @@ import pytest
 from tests.reference.calibration.draw import RATED, draw
 from tests.reference.calibration.stored import FIT, HERE, NOISE_V, STORED, CalibrationCase
 from twin.builtin import builtin_text, load_cell
+from twin.cell_mesh import DEFAULT_MESH
 from twin.constants import FARADAY_C_mol
 from twin.effects import SelfHeating
 from twin.kernel import Backend
 from twin.load import Between, Load
 from twin.mesh import electrode_mesh
 from twin.pack import Pack
-from twin.simulate import DEFAULT_MESH, Run, changeable, solution_of
+from twin.simulate import Run, changeable, solution_of
 from twin.solution import Solution, Status
 
 MESHES = {"lipo_2200": DEFAULT_MESH, "lg_m50": electrode_mesh((0.0, 0.5, 1.0), (5, 5))}

@@ -12,6 +12,7 @@ from hypothesis import strategies as st
 from tests.reference.hysteresis import THERMAL, ReferenceHysteresis
 from twin.builtin import load_cell
 from twin.cell import Cell, Electrode, Hysteresis
+from twin.cell_mesh import DEFAULT_MESH
 from twin.constants import FARADAY_C_mol
 from twin.effects import AGEING, AnyEffect, OcvHysteresis, SelfHeating
 from twin.effects.ocv_hysteresis import relaxed
@@ -22,7 +23,7 @@ from twin.mesh import electrode_mesh
 from twin.pack import Pack
 from twin.protocol import ConstantCurrent, run
 from twin.sensitivity import sensitivity
-from twin.simulate import DEFAULT_MESH, simulate
+from twin.simulate import simulate
 from twin.solution import Solution
 
 FloatArray = npt.NDArray[np.float64]

@@ -10,6 +10,7 @@ from twin import limits, newton, pack_model
 from twin.bpx_function import Table
 from twin.builtin import load_cell
 from twin.cell import Cell
+from twin.cell_mesh import DEFAULT_MESH
 from twin.compiled import compiler
 from twin.effects import (
     AGEING,
@@ -30,7 +31,7 @@ from twin.load import Between, Load
 from twin.mesh import Mesh, electrode_mesh
 from twin.pack import Pack, PackError
 from twin.sensitivity import sensitivity
-from twin.simulate import DEFAULT_MESH, Run, changeable, solution_of
+from twin.simulate import Run, changeable, solution_of
 from twin.solution import Status
 
 NAMES = (

@@ -11,6 +11,7 @@ from twin.abreast import Abreast
 from twin.at_rest import open_circuit_V
 from twin.builtin import load_cell
 from twin.cell import Cell
+from twin.cell_mesh import DEFAULT_MESH
 from twin.constants import FARADAY_C_mol
 from twin.effects import EFFECTS, AnyEffect, SelfHeating, SeriesResistance, WeakCell, chosen
 from twin.kernel import Backend
@@ -20,7 +21,7 @@ from twin.pack_model import PackModel
 from twin.population import population
 from twin.protocol import ConstantCurrent, FollowLoad, Rest, charge_cc_cv, run
 from twin.sensitivity import sensitivity
-from twin.simulate import DEFAULT_MESH, changeable, simulate
+from twin.simulate import changeable, simulate
 from twin.solution import Solution, Status
 from twin.step import StepModel
 

@@ -18,7 +18,6 @@ from twin.health import Examiner, Health
 from twin.kernel import Backend
 from twin.pack import Pack
 from twin.pack_model import pack_model
-from twin.simulate import DEFAULT_MESH
 from twin.solution import Status
 
 FloatArray = npt.NDArray[np.float64]
@@ -81,7 +80,7 @@ class Leap:
     """Moves what is slow in the state of every cell of `pack`, and keeps lithium and salt."""
 
     def __init__(self, pack: Pack) -> None:
-        self.model, self._kinds = pack_model(pack, DEFAULT_MESH, Backend.AUTO), pack.cells()
+        self.model, self._kinds = pack_model(pack, None, Backend.AUTO), pack.cells()
         layout = self.model.cell.layout
         self._slow = np.concatenate([np.arange(layout.size)[layout.slice_of(n)] for n in SLOW])
 

@@ -28,7 +28,6 @@ from twin.calibrate.parameters import (
     start_parameters,
 )
 from twin.calibrate.reference import ReferenceTest
-from twin.calibrate.refine import FINE_MESH
 from twin.calibrate.resample import Sampled
 from twin.calibrate.simulated import BEYOND_V, Simulated, Simulator
 from twin.calibrate.single_cell import below_prior, filler_shares, labelled_C, single_cell
@@ -264,7 +263,7 @@ class Problem:
         """
         mount = self._cooling(self.values(q), test) if q.size == len(self.free) else 1.0
         numbers = self._map(np.append(self._values_of_cell(q, mount), start_V))[0]
-        done = self._simulator.solved(test.load(), numbers, FINE_MESH).voltage_V
+        done = self._simulator.finely(test.load(), numbers).voltage_V
         return np.concatenate([done, np.full(test.time_s.size - done.size, np.nan)])
 
     def of_other_tests(self, tests: Sequence[Sampled]) -> "Problem":

@@ -10,9 +10,7 @@ from dataclasses import replace
 import numpy as np
 
 from twin.load import Between, Load
-from twin.mesh import electrode_mesh
 
-FINE_MESH = electrode_mesh((0.0, 0.5, 1.0), (5, 5))
 PARTS = 8
 """Of a step. With these the twin is 0.03 to 0.08 mV rms from PyBaMM's limit of fine meshes at 2C of
 an LG M50, without 0.2 to 2.4 (tests/reference/calibration)."""

@@ -6,14 +6,15 @@ from dataclasses import dataclass, replace
 import numpy as np
 import numpy.typing as npt
 
-from twin.calibrate.refine import FINE_MESH, PARTS, refined
+from twin.calibrate.refine import PARTS, refined
 from twin.calibrate.resample import Sampled
+from twin.cell_mesh import fine_mesh_of
 from twin.kernel import Backend
 from twin.load import Load
 from twin.mesh import Mesh
 from twin.pack import Pack
 from twin.sensitivity import sensitivity_of
-from twin.simulate import DEFAULT_MESH, Run, changeable, run_all, solution_of
+from twin.simulate import Run, changeable, run_all, solution_of
 from twin.solution import Solution, Status
 
 FloatArray = npt.NDArray[np.float64]
@@ -74,7 +75,7 @@ class Simulator:
         self, sample: Sampled, numbers: Mapping[str, float], names: Sequence[str]
     ) -> Simulated:
         """A test, and derivatives by the kernel's numbers `names`."""
-        run = Run(self._wide, sample.load, DEFAULT_MESH, Backend.AUTO, None)
+        run = Run(self._wide, sample.load, None, Backend.AUTO, None)
         given = self._given(sample.load) | dict(numbers)
         s = sensitivity_of(run, sample.load, names, numbers=given)
         slopes, warming = (np.zeros((sample.load.time_s.size, len(names))) for _ in range(2))
@@ -98,21 +99,26 @@ class Simulator:
         """(m,) fine minus coarse; 0 from where either does not come to."""
         load, at = sample.load, sample.at
         coarse_V = self.solved(load, numbers).voltage_V
-        fine_V = self.solved(refined(load), numbers, FINE_MESH).voltage_V[::PARTS]
+        fine_V = self.finely(refined(load), numbers).voltage_V[::PARTS]
         come_to = at[at < min(coarse_V.size, fine_V.size)]
         out = np.zeros(at.size)
         out[: come_to.size] = fine_V[come_to] - coarse_V[come_to]
         return out
 
-    def solved(
-        self, load: Load, numbers: Mapping[str, float], mesh: Mesh = DEFAULT_MESH
-    ) -> Solution:
+    def solved(self, load: Load, numbers: Mapping[str, float]) -> Solution:
         """At every sample of a load."""
+        return self._solved(load, numbers, None)
+
+    def finely(self, load: Load, numbers: Mapping[str, float]) -> Solution:
+        """The same on the fine mesh of the cell."""
+        return self._solved(load, numbers, fine_mesh_of(self._wide.cell))
+
+    def _solved(self, load: Load, numbers: Mapping[str, float], mesh: Mesh | None) -> Solution:
         run = self._run(load, numbers, mesh)
         run.run()
         return solution_of(run, self._wide, load)
 
-    def _run(self, load: Load, numbers: Mapping[str, float], mesh: Mesh = DEFAULT_MESH) -> Run:
+    def _run(self, load: Load, numbers: Mapping[str, float], mesh: Mesh | None = None) -> Run:
         run = Run(self._wide, load, mesh, Backend.AUTO, None)
         run.change({**self._given(load), **numbers})
         return run

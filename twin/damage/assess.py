@@ -24,7 +24,6 @@ from twin.effects import AGEING, AnyEffect, SelfHeating
 from twin.kernel import Backend
 from twin.pack import Pack
 from twin.pack_model import pack_model
-from twin.simulate import DEFAULT_MESH
 
 FloatArray = npt.NDArray[np.float64]
 
@@ -198,7 +197,7 @@ def _all(
 ) -> dict[Key, Cycled | str]:
     """Key -> what came of it, or why nothing did."""
     for pack, _ in tasks.values():
-        pack_model(pack, DEFAULT_MESH, Backend.AUTO)  # compiled here, once, not by every thread
+        pack_model(pack, None, Backend.AUTO)  # compiled here, once, not by every thread
     with ThreadPoolExecutor(os.cpu_count()) as pool:
         results = list(pool.map(partial(_one, protocol=protocol, state=state), tasks.values()))
     return dict(zip(tasks, results, strict=True))

@@ -25,7 +25,7 @@ from twin.load import Load
 from twin.pack import Pack
 from twin.pack_model import pack_model
 from twin.protocol import ConstantCurrent, Rest, Settings, run
-from twin.simulate import DEFAULT_MESH, surroundings
+from twin.simulate import surroundings
 from twin.solution import Status
 
 FloatArray = npt.NDArray[np.float64]
@@ -172,7 +172,7 @@ def started(pack: Pack, formed: FloatArray, ambient_K: float) -> FloatArray:
 
 def _at_K(pack: Pack, state: FloatArray, temperature_K: float) -> FloatArray:
     """`state` with all cells at a temperature."""
-    model, out = pack_model(pack, DEFAULT_MESH, Backend.AUTO), state.copy()
+    model, out = pack_model(pack, None, Backend.AUTO), state.copy()
     model.states(out)[:, model.cell.layout.slice_of("temperature_K")] = temperature_K
     return out
 

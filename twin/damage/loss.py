@@ -12,7 +12,6 @@ from twin.kernel import Backend
 from twin.mesh import Mesh
 from twin.pack import Pack
 from twin.pack_model import pack_model
-from twin.simulate import DEFAULT_MESH
 
 FloatArray = npt.NDArray[np.float64]
 
@@ -75,7 +74,7 @@ class Ledger:
     """Reads states of one pack; of unlike cells the mean."""
 
     def __init__(
-        self, pack: Pack, *, mesh: Mesh = DEFAULT_MESH, backend: Backend = Backend.AUTO
+        self, pack: Pack, *, mesh: Mesh | None = None, backend: Backend = Backend.AUTO
     ) -> None:
         assert pack.ages, "a pack without ageing loses nothing"
         self._model, kinds = pack_model(pack, mesh, backend), pack.cells()

@@ -21,7 +21,6 @@ from twin.inventory import Lithium
 from twin.kernel import Backend
 from twin.pack import Pack
 from twin.pack_model import pack_model
-from twin.simulate import DEFAULT_MESH
 from twin.solution import Status
 
 FloatArray = npt.NDArray[np.float64]
@@ -75,7 +74,7 @@ class _Unfinished(Exception):
 class _Life:
     def __init__(self, pack: Pack, regime: Regime, share: float) -> None:
         self._pack, self._regime = pack, regime
-        self._model, self._kinds = pack_model(pack, DEFAULT_MESH, Backend.AUTO), pack.cells()
+        self._model, self._kinds = pack_model(pack, None, Backend.AUTO), pack.cells()
         self._examiner = Examiner(pack)
         self._share = share
 

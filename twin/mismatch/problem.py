@@ -21,7 +21,7 @@ from twin.mismatch.hypothesis import Hypothesis, coordinate_of, value_of
 from twin.mismatch.left import beyond_cut_offs, left_V
 from twin.mismatch.noise import Whitener
 from twin.pack import Pack
-from twin.simulate import DEFAULT_MESH, Run, run_all, solution_of
+from twin.simulate import Run, run_all, solution_of
 from twin.solution import Solution, Status
 
 FloatArray = npt.NDArray[np.float64]
@@ -194,7 +194,7 @@ class Problem:
     def _run(self, q: FloatArray, flight: int) -> Run | None:
         try:
             load = self.flights[flight].load
-            return Run(self.pack(q, flight), load, DEFAULT_MESH, Backend.AUTO, None)
+            return Run(self.pack(q, flight), load, None, Backend.AUTO, None)
         except ValueError:
             return None
 
