@@ -44,7 +44,7 @@ def preceded(pack: Pack, load: Load, random: np.random.Generator) -> tuple[Pack,
     last = int(np.searchsorted(again.time_s, random.uniform(length_s, again.time_s[-1])))
     drawn_C, end_s = again.drawn_C(), again.time_s[last]
     possible = again.time_s >= end_s - length_s
-    possible &= drawn_C[last] - drawn_C < _room_C(pack)
+    possible &= drawn_C[last] - drawn_C <= _room_C(pack)
     first = int(np.argmax(possible))
     before_s = again.time_s[first:last] - end_s + t[0]
     whole = replace(

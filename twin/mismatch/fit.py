@@ -7,7 +7,7 @@ held-out ones given the fit: numbers that only fit are paid for, numbers that pr
 """
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from math import log
 
 import numpy as np
@@ -42,12 +42,14 @@ class Data:
         held_out: by which they are judged.
         beyond: samples that do not count, since a cell is beyond its cut-off there,
         alone: and since they stand alone, far from those before and after.
+        near: numbers that some hypotheses had when the noise was found: fits begin there too.
     """
 
     fitted: tuple[tuple[Flight, Whitener], ...]
     held_out: tuple[tuple[Flight, Whitener], ...]
     beyond: int = 0
     alone: int = 0
+    near: Known = field(default_factory=dict)
 
     @property
     def noise_V(self) -> float:
@@ -225,6 +227,8 @@ def fit(
     own, judge = data.problems(hypotheses)
     problem = problem or own
     starts = problem.starts()
+    if hypotheses and all(h.id in data.near for h in hypotheses):
+        starts += problem.starts_from(data.near)
     for numbers in known:
         starts += problem.starts_from(numbers)
     return _descended(problem, judge, _least(problem, starts, 1 if known else MOST_FOLLOWED))

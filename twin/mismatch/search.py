@@ -25,18 +25,21 @@ def search(  # noqa: PLR0913
     `stated`: an error of the twin is, which is as slow as what flowed before: that is not asked.
     """
 
-    def of(own: Data) -> tuple[Model, ...]:
-        return models(
-            own, hypotheses, progress=progress, most_effects=most_effects, most_alone=most_alone
-        )
+    def of(own: Data, most: int) -> tuple[Model, ...]:
+        return models(own, hypotheses, progress=progress, most_effects=most, most_alone=most_alone)
 
-    found = of(data)
+    if stated or not _any_begins_under_load(data):
+        return data, of(data, most_effects)
+    rested, found = data, of(data, 1)
     for _ in range(MOST_ROUNDS):
-        begun = None if stated else flown_before(data, [m.fitted for m in found])
+        begun = flown_before(data, [m.fitted for m in found])
         if begun is None:
             break
-        data, found = begun, of(begun)
-    return data, found
+        data, found = begun, of(begun, most_effects)
+    best = found[0].fitted
+    if data is not rested and _log_of((best, data)) > _log_of((_at(best, rested), rested)):
+        return data, found
+    return rested, of(rested, most_effects)
 
 
 def flown_before(data: Data, found: Sequence[Fitted]) -> Data | None:
@@ -45,9 +48,9 @@ def flown_before(data: Data, found: Sequence[Fitted]) -> Data | None:
     None if none begins so, or that is hardly more probable than the best that was `found`, be it
     by all of its effects or by fewer: some may have stood for what flowed before.
     """
-    if not _any_flown(_flown(data)):
-        return None
     best = max(found, key=lambda f: _log_of((f, data)))
+    if not _any_begins_under_load(data) or (_any_flown(data) and set(best.ids) == set(data.near)):
+        return None
     there, before = max((_settled(data, best, own) for own in _parts(best)), key=_log_of)
     return before if _log_of((there, before)) - _log_of((best, data)) > ALIKE else None
 
@@ -59,22 +62,32 @@ def _settled(data: Data, best: Fitted, own: Sequence[Hypothesis]) -> tuple[Fitte
     it left in the twin as configured, then by what it left in the one so found, while that is more
     probable.
     """
-    known = best.problem.values(best.q)
-    before = _flown(data)
-    now = fit(before, own, [known]), before
+    before = replace(_flown(data), near=best.problem.values(best.q))
+    now = fit(before, own), before
     for _ in range(MOST_ROUNDS if own else 0):
-        before = _flown(data, now[0])
-        then = fit(before, own, [now[0].problem.values(now[0].q)]), before
+        before = replace(_flown(data, now[0]), near=now[0].problem.values(now[0].q))
+        then = _at(now[0], before), before
         if _log_of(then) - _log_of(now) < ALIKE:
             break
         now = then
-    return now
+    fitted, before = now
+    return fitted, replace(before, near=fitted.problem.values(fitted.q))
+
+
+def _at(there: Fitted, data: Data) -> Fitted:
+    """Its effects in these recordings, from where it is."""
+    return fit(data, there.problem.hypotheses, [there.problem.values(there.q)])
 
 
 def _log_of(seen: tuple[Fitted, Data]) -> float:
     """Of the probability of all samples, in volts."""
     fitted, data = seen
     return fitted.log_evidence(1.0) + fitted.log_before - data.log_size
+
+
+def _any_begins_under_load(data: Data) -> bool:
+    own = (f for f, _ in (*data.fitted, *data.held_out))
+    return any(begins_under_load(f.pack, f.recorded_load) for f in own)
 
 
 def _flown(data: Data, about: Fitted | None = None) -> Data:

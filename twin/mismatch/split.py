@@ -195,7 +195,8 @@ def sharpened(data: Data, best: Fitted, *, stated: bool = True) -> Data | None:
     def all_of(sure: float) -> Data:
         fitted, *out = of(best.problem, best.q, data.fitted, sure)
         ahead, *too = of(best.judge, best.ahead_q, data.held_out, sure)
-        return Data(fitted, ahead, out[0] + too[0], out[1] + too[1])
+        near = best.problem.values(best.q)
+        return Data(fitted, ahead, out[0] + too[0], out[1] + too[1], near)
 
     finer = all_of(ALSO_SURE if _noisy(data) else SURE)
     if _noisy(finer) and not _noisy(data):
