@@ -22,7 +22,8 @@ def search(  # noqa: PLR0913
 ) -> tuple[Data, tuple[Model, ...]]:  # fmt: skip
     """All models that were fitted, see `models`, and the recordings as they were seen by them.
 
-    `stated`: an error of the twin is, which is as slow as what flowed before: that is not asked.
+    Whether a pack had flown before is asked of effects one by one: all of them would be fitted
+    twice. `stated`: an error of the twin is, which is as slow: it is not asked then.
     """
 
     def of(own: Data, most: int) -> tuple[Model, ...]:
@@ -31,6 +32,7 @@ def search(  # noqa: PLR0913
     if stated or not _any_begins_under_load(data):
         return data, of(data, most_effects)
     rested, found = data, of(data, 1)
+    alone = found
     for _ in range(MOST_ROUNDS):
         begun = flown_before(data, [m.fitted for m in found])
         if begun is None:
@@ -39,7 +41,7 @@ def search(  # noqa: PLR0913
     best = found[0].fitted
     if data is not rested and _log_of((best, data)) > _log_of((_at(best, rested), rested)):
         return data, found
-    return rested, of(rested, most_effects)
+    return rested, alone if most_effects == 1 else of(rested, most_effects)
 
 
 def flown_before(data: Data, found: Sequence[Fitted]) -> Data | None:
