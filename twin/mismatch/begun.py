@@ -89,6 +89,9 @@ def slower(pack: Pack) -> tuple[Pack, ...]:
 
 
 def _room_C(pack: Pack) -> float:
-    """That may have been drawn before, from when the fullest of its cells was full."""
-    least_drawn = pack.charged().initial_soc - pack.numbers()["initial_soc"]
-    return max(least_drawn, 0.0) * pack.rated_C
+    """That may have been drawn before, from when the fullest of its cells was full.
+
+    Nor did it ever state to be more than full, whatever it was.
+    """
+    fullest, now = pack.charged().initial_soc, pack.numbers()["initial_soc"]
+    return max(min(fullest - now, 1.0 - pack.initial_soc), 0.0) * pack.rated_C

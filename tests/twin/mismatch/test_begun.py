@@ -138,8 +138,8 @@ def test_what_may_have_flown_before_leaves_the_pack_as_full_as_it_is_told_to_be(
 
 @pytest.mark.parametrize(
     "effect",
-    [WeakCell(soc_offset=0.05), InitialSoc(offset=0.05), InitialSoc(offset=0.1)],
-    ids=["a cell is fuller than the others", "fuller than told", "more than full"],
+    [WeakCell(soc_offset=0.05), *(InitialSoc(offset=x) for x in (0.05, 0.1, -0.05))],
+    ids=["a cell is fuller than the others", "fuller than told", "more than full", "emptier"],
 )
 def test_no_cell_was_more_than_full_before(effect: AnyEffect) -> None:
     flight, random = late((), 1), np.random.default_rng(1)
