@@ -26,7 +26,9 @@ from proof.places import PAGE, PROOF, in_the_way
 from proof.run import Watch, prove
 from proof.shown import show
 from proof.simulated.draw import trials as simulated
+from proof.targets import over_noise
 from proof.trial import Trial
+from reports.quantity import fixed
 
 NEEDED = ("pybamm", "cryptography")
 SOLVES, CELLS = "solves", "cells"
@@ -148,7 +150,7 @@ def _tell(proof: Proof) -> None:
             f"{t.truth.strength:.1f}",
             " + ".join("|".join(own) for own in t.truth.effects) or t.truth.said[:40],
             " + ".join("|".join((n.id, *n.equivalent)) for n in t.named) or t.verdict,
-            f"{t.held_out_after_V / t.noise_V:.2f}",
+            fixed(over_noise(t), 2),
         )
         for t in sorted(proof.trials, key=lambda t: (order.get(t.outcome, 9), t.truth.kind))
     ]

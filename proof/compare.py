@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from proof.judge import FAILED
 from proof.outcome import Named, Opened, Outcome, Sized
 from proof.question import Question
 from proof.truth import CONTROLS, Channel, Truth
@@ -28,6 +29,8 @@ def named_in(verdict: Mapping[str, Any]) -> tuple[Named, ...]:
 
 def outcome(truth: Truth, said: str, named: Sequence[Named]) -> Outcome:
     """Right or not; what looks alike by the recordings counts as what it was named for."""
+    if said == FAILED:
+        return Outcome.MISSED
     if said != "named":
         if said in truth.verdicts:
             return Outcome.RIGHT

@@ -15,11 +15,8 @@ from typing import Any
 from proof.question import Question
 
 VERDICT, SAID = "mismatch.json", "explain.html"
+FAILED = "failed"  # a verdict of ours: the judge came to none
 LONGEST_S = 1800.0
-
-
-class NoVerdict(Exception):
-    """The judge did not come to one; the text says what it said."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -36,7 +33,10 @@ class Verdict:
 
 
 def judge(question: Question, files: Path, out: Path) -> Verdict:
-    """The verdict on the question whose files are in `files`; NoVerdict if there is none."""
+    """The verdict on the question whose files are in `files`.
+
+    A judge that fails, or takes longer than LONGEST_S, has said so: that counts as every verdict.
+    """
     command = [sys.executable, "-m", "analyze.workbench", "explain", *question.options()]
     start = time.perf_counter()
     try:
@@ -45,10 +45,19 @@ def judge(question: Question, files: Path, out: Path) -> Verdict:
             cwd=files, capture_output=True, text=True, check=False, timeout=LONGEST_S,
             start_new_session=True,
         )  # fmt: skip
-    except subprocess.TimeoutExpired as e:
-        raise NoVerdict(f"no verdict after {LONGEST_S:.0f} s") from e
+    except subprocess.TimeoutExpired:
+        return _failed(out, f"no verdict after {LONGEST_S:.0f} s", LONGEST_S)
     seconds = time.perf_counter() - start
     if done.returncode != 0:
         last = (done.stderr.strip() or done.stdout.strip()).splitlines()[-1:]
-        raise NoVerdict(f"exit code {done.returncode}: {''.join(last) or 'nothing was said'}")
+        said = f"exit code {done.returncode}: {''.join(last) or 'nothing was said'}"
+        return _failed(out, said, seconds)
     return Verdict(content=json.loads((out / VERDICT).read_text()), seconds=seconds)
+
+
+def _failed(out: Path, said: str, seconds: float) -> Verdict:
+    errors = dict.fromkeys(("noise_floor", "holdout_before", "holdout_after"))
+    content = {"verdict": FAILED, "effects": [], "rmse_mv": errors, "remarks": [said]}
+    out.mkdir(parents=True, exist_ok=True)
+    (out / VERDICT).write_text(json.dumps(content, indent=1) + "\n", encoding="utf-8")
+    return Verdict(content=content, seconds=seconds)

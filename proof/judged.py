@@ -1,6 +1,7 @@
 """`judged_trial`: truth and verdict of a trial, as they were written -> `Judged`."""
 
 from collections.abc import Mapping
+from math import nan
 from typing import Any
 
 from proof.compare import named_in, outcome, sized
@@ -22,15 +23,16 @@ def judged_trial(
         entries: of the ledger, by event.
         others: the other fields of `Judged`, which neither of the two tells.
     """
-    errors, named = verdict["rmse_mv"], named_in(verdict)
+    named = named_in(verdict)
+    errors_V = {name: nan if mv is None else 1e-3 * mv for name, mv in verdict["rmse_mv"].items()}
     return Judged(
         truth=truth,
         verdict=verdict["verdict"],
         named=named,
         outcome=outcome(truth, verdict["verdict"], named),
-        noise_V=1e-3 * errors["noise_floor"],
-        held_out_before_V=1e-3 * errors["holdout_before"],
-        held_out_after_V=1e-3 * errors["holdout_after"],
+        noise_V=errors_V["noise_floor"],
+        held_out_before_V=errors_V["holdout_before"],
+        held_out_after_V=errors_V["holdout_after"],
         sized=sized(truth, verdict),
         sealed=entries["sealed"].stamp(SEALED),
         judged=entries["judged"].stamp(VERDICT),

@@ -113,7 +113,8 @@ class Judged:
         name: of it.
         source: whose truth it is.
         truth: that was sealed.
-        verdict: "none", "named", "ambiguous", "unknown".
+        verdict: "none", "named", "ambiguous", "unknown"; "failed" if the tool came to none, which
+            has no errors (NaN).
         named: what was named.
         outcome: the verdict beside the truth.
         noise_V: rms of what is chance in what was held out.

@@ -21,7 +21,7 @@ from typing import Any, TypeVar
 from proof.baselines import baselines
 from proof.capacity import predicted_capacity_C
 from proof.compare import adopted, opened
-from proof.judge import NoVerdict, Verdict, judge
+from proof.judge import Verdict, judge
 from proof.judged import judged_trial
 from proof.ledger import Entry, Ledger, sha256_of, sha256_of_folder
 from proof.outcome import Judged, NotMade
@@ -175,7 +175,7 @@ class _Run:
         """A trial that fails costs no other."""
         try:
             yield
-        except (NoTrial, NoVerdict) as e:
+        except NoTrial as e:
             self.reasons[name] = f"not {phase}: {e}"
         except Exception as e:  # one that fails is counted and shown
             self.reasons[name] = f"not {phase}: {type(e).__name__}: {e}"

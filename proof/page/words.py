@@ -13,6 +13,7 @@ ABSTAINED = {
     "none": "nothing left out",
     "unknown": "something it has no name for",
     "ambiguous": "not settled",
+    "failed": "no verdict, the tool failed",
 }
 
 LONGEST = 40  # letters of a name in a drawing
@@ -123,6 +124,8 @@ def why(j: Judged) -> str:
 
 
 def _abstained(j: Judged, lost: str) -> str:
+    if j.verdict == "failed":
+        return "the tool failed"
     if control(j):
         return "there is nothing, and something was said to be there"
     return f"{lost or 'what is there'} {FATE.get(j.verdict, 'not named')}"

@@ -8,6 +8,7 @@ from dataclasses import replace
 from functools import partial
 from itertools import product
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import pytest
@@ -15,13 +16,15 @@ import pytest
 pytest.importorskip("cryptography", reason="truths are sealed with `cryptography`")
 
 from proof import run as protocol
-from proof.judge import VERDICT, NoVerdict, Verdict, judge
+from proof.check import check
+from proof.judge import FAILED, VERDICT, Verdict, judge
 from proof.ledger import EVENTS, Ledger, LedgerError, read_ledger
-from proof.outcome import Judged, NotMade, Outcome
-from proof.places import LEDGER, QUESTION, SEALED, TRUTH, WRITTEN
+from proof.outcome import Judged, NotMade, Outcome, Proof
+from proof.places import LEDGER, PAGE, PROOF, QUESTION, SEALED, TRUTH, WRITTEN
 from proof.question import Question
 from proof.run import Watch, prove
 from proof.seal import seal, truth_of, truth_text, unseal
+from proof.shown import show
 from proof.trial import Trial
 from tests.proof import trials
 
@@ -121,8 +124,31 @@ def test_a_question_that_cannot_be_judged_says_why(tmp_path: Path) -> None:
     ]
     question = replace(question, fitted=(short[0],), held_out=(short[1],))
     question.write(tmp_path)
-    with pytest.raises(NoVerdict, match="20 samples"):
-        judge(question, tmp_path, tmp_path / "out")
+    verdict = judge(question, tmp_path, tmp_path / "out").content
+    assert verdict["verdict"] == FAILED
+    assert "20 samples" in verdict["remarks"][0]
+    assert json.loads((tmp_path / "out" / VERDICT).read_text()) == verdict
+
+
+def test_a_judge_that_fails_is_counted_and_shown(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Of an effect and of a control: neither is right, and every truth is opened."""
+    monkeypatch.setattr("proof.judge.sys", SimpleNamespace(executable="false"))
+    every = [trials.trial("trial-001", trials.OHM), trials.trial("trial-002", 0.0)]
+    done, left, ledger = prove(every, tmp_path, jobs=1, watch=watch())
+    assert not left
+    assert [(j.verdict, j.outcome) for j in done] == [(FAILED, Outcome.MISSED)] * 2
+    proof = Proof(
+        seed=0, command="", trials=done, not_made=(), versions={}, head=ledger.head, seconds=1.0
+    )
+    show(tmp_path, proof, ledger)
+    assert not check(tmp_path).broken
+    page = (tmp_path / PAGE).read_text()
+    assert page.count("the tool failed") >= 2
+    targets = {t["id"]: t for t in json.loads((tmp_path / PROOF).read_text())["targets"]}
+    assert (targets["strong"]["within"], targets["strong"]["of"]) == (0, 1)
+    assert targets["false alarms"]["measured_count"] == 1
 
 
 def test_what_is_sealed_opens_by_its_key_alone() -> None:
