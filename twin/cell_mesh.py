@@ -15,7 +15,7 @@ MOST_RESOLVED = 3.5
 """Of `reaction_modulus`, above which the default mesh does not follow how the current enters the
 particles. An LG M50 whose graphite reacts 30, 60, 100 and 400 times as fast (3.0, 4.3, 5.6, 11)
 goes 0.2, 0.5, 1.1 and 2.0 mV astray in a flight of up to 3C, on the graded one 0.01 to 0.17; an NCA
-cell (Kim 2011; 12.4) 0.74 and 0.09: up to here no more than 0.3."""
+cell (Kim 2011; 12.4) 0.74 and 0.09."""
 GRADED_MESH = electrode_mesh((0.0, 0.5, 0.8, 1.0), (4, 4, 4))
 FINE_GRADED_MESH = electrode_mesh((0.0, 0.5, 0.8, 1.0), (6, 6, 6))
 
