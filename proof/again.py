@@ -80,6 +80,7 @@ def _trial(folder: Path, shown: Mapping[str, Any], entries: Mapping[str, Entry])
         baselines=tuple(map(_baseline, shown["baselines"])),
         channels=tuple(map(_channel, shown["channels"])),
         capacity_C=None if shown["capacity_ah"] is None else 3600 * shown["capacity_ah"],
+        not_compared=shown.get("not_compared", ""),
     )
 
 

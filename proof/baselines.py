@@ -17,8 +17,8 @@ from proof.outcome import Baseline
 from proof.question import Question
 from twin.mismatch import HYPOTHESES, Hypothesis
 from twin.mismatch.fit import Data, fit
-from twin.mismatch.search import flown_before
-from twin.mismatch.split import split
+from twin.mismatch.search import again, flown_before
+from twin.mismatch.split import sharpened, split
 
 BASE = (
     "electrolyte_transport",
@@ -45,13 +45,22 @@ def baselines(question: Question, verdict: Mapping[str, Any]) -> Iterator[Baseli
         slow_V=question.floor_V,
     )
     named = [e["id"] for e in verdict["effects"]]
-    if question.floor_V is None:  # as `twin.mismatch.explain` takes what flowed before
-        data = flown_before(data, [fit(data, [h for h in HYPOTHESES if h.id in named])]) or data
+    own = [h for h in HYPOTHESES if h.id in named]
+    data = _as_judged(data, own, stated=question.floor_V is not None)
     yield _fitted(data, "refit", _known(BASE), "all numbers of the base twin at once")
     yield _corrected(data)
     if chosen := by_chance(named, _seed(question), series=question.pack.series):
         what = " + ".join(h.id for h in chosen)
         yield _fitted(data, "random", chosen, what)
+
+
+def _as_judged(data: Data, named: Sequence[Hypothesis], *, stated: bool) -> Data:
+    """The recordings as `twin.mismatch.explain` saw them in the end, by what was named."""
+    if not stated:
+        data = flown_before(data, [fit(data, named)]) or data
+    best = fit(data, named)
+    finer = sharpened(data, best, stated=stated)
+    return again(finer, [best]) if finer else data
 
 
 def by_chance(named: Sequence[str], seed: int, *, series: int) -> tuple[Hypothesis, ...]:

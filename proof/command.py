@@ -97,7 +97,7 @@ def _proven(request: Request) -> int:
 class _Counted:
     """Where three phases of so many trials have come to."""
 
-    PHASES = ("sealed", "judged", "opened")
+    PHASES = ("sealed", "judged", "compared")
 
     def __init__(self, tell: object, total: int) -> None:
         self._tell, self._total = tell, total

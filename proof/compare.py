@@ -2,7 +2,7 @@
 
 from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import replace
-from itertools import permutations
+from itertools import combinations, permutations
 from typing import Any
 
 import numpy as np
@@ -37,11 +37,28 @@ def outcome(truth: Truth, said: str, named: Sequence[Named]) -> Outcome:
         return Outcome.MISSED if truth.kind not in CONTROLS else Outcome.WRONG
     if "named" not in truth.verdicts:
         return Outcome.WRONG
-    lists = [{n.id, *n.equivalent[:MOST_EQUIVALENT]} for n in named]
-    met, rest = _matched(truth.effects, lists)
-    if any(not own & set(truth.also) for own in rest):
+    found = met(truth.effects, named)
+    rest = [n for place, n in enumerate(named) if place not in found.values()]
+    if not all(hit(n, truth.also) for n in rest):
         return Outcome.WRONG
-    return Outcome.RIGHT if met == len(truth.effects) else Outcome.PART
+    return Outcome.RIGHT if len(found) == len(truth.effects) else Outcome.PART
+
+
+def hit(named: Named, alike: Sequence[str]) -> bool:
+    """What was named, or one of the few that look the same, is among those that are right."""
+    return bool({named.id, *named.equivalent[:MOST_EQUIVALENT]} & set(alike))
+
+
+def met(effects: Sequence[Sequence[str]], named: Sequence[Named]) -> Mapping[int, int]:
+    """Place of an effect of the truth -> place of what was named for it; each counts once."""
+    slots, places = range(len(effects)), range(len(named))
+    most = min(len(slots), len(places))
+    tried = (
+        {s: p for s, p in zip(some, order, strict=True) if hit(named[p], effects[s])}
+        for some in permutations(slots, most)
+        for order in combinations(places, most)
+    )
+    return max(tried, key=len, default={})
 
 
 NAMES = {
@@ -49,20 +66,6 @@ NAMES = {
     Hidden.WEAKEST_CELL: "weakest cell",
     Hidden.OTHER_CELLS: "other cells",
 }
-
-
-def _matched(
-    slots: Sequence[Sequence[str]], lists: Sequence[set[str]]
-) -> tuple[int, list[set[str]]]:
-    """How many of the effects that are there have a list of their own, and the other lists."""
-    best: tuple[int, list[set[str]]] = (0, list(lists))
-    padded = [*lists, *[set[str]()] * max(0, len(slots) - len(lists))]
-    for order in permutations(padded):
-        met = [bool(own & set(slot)) for slot, own in zip(slots, order, strict=False)]
-        rest = [own for own, m in zip(order, [*met, *[False] * len(order)], strict=False) if not m]
-        if sum(met) > best[0]:
-            best = sum(met), [own for own in rest if own]
-    return best
 
 
 def adopted(

@@ -93,6 +93,7 @@ def _judged(j: Judged) -> dict[str, Any]:
         "judged": _stamp(j.judged),
         "opened": _stamp(j.opened),
         "seconds": j.seconds,
+        **({"not_compared": j.not_compared} if j.not_compared else {}),
     }
 
 

@@ -128,6 +128,7 @@ class Judged:
         judged: when the verdict was written.
         opened: afterwards.
         seconds: that the verdict took.
+        not_compared: why there are no baselines, channels and capacity; "" where they are.
     """
 
     name: str
@@ -147,6 +148,7 @@ class Judged:
     judged: Stamp
     opened: Stamp
     seconds: float
+    not_compared: str = ""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -127,22 +127,22 @@ class _Run:
         self, sealed: Mapping[str, Sealed], verdicts: Mapping[str, tuple[Verdict, Entry]]
     ) -> dict[str, Judged]:
         """Every truth on which there is a verdict, beside it."""
-        judged = [n for n in sealed if n in verdicts]
-        truths = {n: _opened(self.ledger, self._folder / n, sealed[n]) for n in judged}
+        truths: dict[str, tuple[Truth, Entry]] = {}
+        for n in sealed:
+            if n in verdicts:
+                with self._counted("opened", n):
+                    truths[n] = _opened(self.ledger, self._folder / n, sealed[n])
         with _processes(self._jobs) as pool:
             asked = {
                 n: partial(
-                    pool.submit,
-                    _compared,
-                    sealed[n].question,
-                    truths[n][0],
-                    verdicts[n][0].content,
+                    pool.submit, _compared, sealed[n].question, truth, verdicts[n][0].content
                 )
-                for n in judged
+                for n, (truth, _) in truths.items()
             }
-            known = self._gathered("opened", asked)
+            known = self._gathered("compared", asked)
         return {
-            n: _judged(sealed[n], truths[n], verdicts[n], known[n]) for n in judged if n in known
+            n: _judged(sealed[n], truth, verdicts[n], known.get(n) or _without(self.reasons[n]))
+            for n, truth in truths.items()
         }
 
     def _gathered(self, phase: str, asked: Mapping[str, Callable[[], Future[A]]]) -> dict[str, A]:
@@ -168,7 +168,7 @@ class _Run:
 
     def _stopped(self, phase: str) -> bool:
         """What was judged is opened in any case."""
-        return phase != "opened" and self._watch.stop()
+        return phase != "compared" and self._watch.stop()
 
     @contextmanager
     def _counted(self, phase: str, name: str) -> Iterator[None]:
@@ -213,6 +213,11 @@ def _compared(question: Question, truth: Truth, verdict: Mapping[str, Any]) -> d
         "channels": opened(question, truth, verdict),
         "capacity_C": predicted_capacity_C(better or question.pack, truth) if asked else None,
     }
+
+
+def _without(reason: str) -> dict[str, Any]:
+    """A comparison that failed: the verdict counts all the same."""
+    return {"baselines": (), "channels": (), "capacity_C": None, "not_compared": reason}
 
 
 def _judged(

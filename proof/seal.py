@@ -25,9 +25,13 @@ def unseal(sealed: bytes, key: str) -> Truth:
     from cryptography.fernet import Fernet, InvalidToken
 
     try:
-        return truth_of(Fernet(key.encode()).decrypt(sealed).decode())
+        text = Fernet(key.encode()).decrypt(sealed).decode()
     except InvalidToken as e:
         raise ValueError("the key does not open what was sealed, or it was changed") from e
+    try:
+        return truth_of(text)
+    except (LookupError, TypeError, AttributeError) as e:
+        raise ValueError(f"what was sealed is no truth of this version: {e}") from e
 
 
 def truth_text(truth: Truth) -> str:

@@ -1,7 +1,7 @@
 """What a proof has to reach, written before it was run, beside what it reached."""
 
 from collections.abc import Callable, Iterable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from enum import Enum
 from math import isfinite
 
@@ -160,7 +160,7 @@ def _share(name: str, what: str, limit: float, trials: Iterable[Judged]) -> Targ
 
 
 def _false_alarms(trials: Iterable[Judged]) -> Target:
-    """A control of which anything else than nothing is said."""
+    """A control of which anything else than nothing is said, or on which the tool fails."""
     false = [t.outcome is not Outcome.RIGHT for t in trials if control(t)]
     return Target(
         id="false alarms", what="false alarms of controls, simulated and recorded", limit=0.0,
@@ -181,10 +181,7 @@ def _real(trials: Sequence[Judged]) -> Target:
         )
         if count < least
     ]  # fmt: skip
-    return Target(
-        id=share.id, what=share.what, limit=share.limit, at_least=True, unit="1",
-        measured=share.measured, within=share.within, of=share.of, lacking=", ".join(few),
-    )  # fmt: skip
+    return replace(share, lacking=", ".join(few))
 
 
 def _worst(

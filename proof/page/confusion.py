@@ -7,8 +7,9 @@ from typing import TYPE_CHECKING
 
 from matplotlib.patches import Rectangle
 
+from proof.compare import hit
 from proof.outcome import Judged, Outcome, Proof
-from proof.page.words import hit, plural, short
+from proof.page.words import plural, short
 from proof.tally import STRONG, control, recorded, simulated, weak
 from proof.truth import RECORDED
 from reports.mismatch.words import NAMES, name

@@ -16,7 +16,7 @@ NOT_MADE = (
 
 
 def failed(proof: Proof) -> Section:
-    """Every trial that is not right, trials that were not made, and baselines that were better."""
+    """Every trial that is not right, was not made or compared, and baselines that were better."""
     own = [t for o in ORDER for t in proof.trials if t.outcome is o]
     better = won(proof.trials)
     lead = [_counted(proof, own)]
@@ -29,7 +29,10 @@ def failed(proof: Proof) -> Section:
         id="failed",
         title="What failed",
         lead=tuple(lead),
-        notices=tuple(Notice(text=told(t), severity=Severity.DOUBT) for t in own),
+        notices=(
+            *(Notice(text=told(t), severity=Severity.DOUBT) for t in own),
+            *_not_compared(proof),
+        ),
         tables=_not_made(proof),
     )
 
@@ -59,6 +62,14 @@ def told(j: Judged) -> str:
         f"{j.name}: {j.outcome.value}. In the data ({j.truth.kind}, {j.source}, "
         f"{times(j.truth.strength)} floor): {j.truth.said}. Said: {verdict(j)}{likely}. "
         f"Why: {why(j)}. Left on what was held out: {left}{over}."
+    )
+
+
+def _not_compared(proof: Proof) -> tuple[Notice, ...]:
+    return tuple(
+        Notice(text=f"{t.name}: {t.not_compared}", severity=Severity.DOUBT)
+        for t in proof.trials
+        if t.not_compared
     )
 
 

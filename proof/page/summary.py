@@ -4,7 +4,7 @@ from collections.abc import Callable
 
 from proof.outcome import Judged, Outcome, Proof
 from proof.page.words import between, plural, points
-from proof.tally import Share, Tally, by_class, control, kinds_not_run, real_effect, strong
+from proof.tally import Share, Tally, by_class, control, kinds_not_run, real_effect, strong, tally
 from proof.targets import Status, Target, targets
 from reports.mismatch.words import listed
 from reports.quantity import MISSING, fixed, significant
@@ -86,8 +86,7 @@ def headline(proof: Proof) -> str:
 
 
 def _right(proof: Proof, member: Callable[[Judged], bool]) -> Share:
-    own = [t for t in proof.trials if member(t)]
-    return Share(count=sum(t.outcome is Outcome.RIGHT for t in own), of=len(own))
+    return tally("", "", filter(member, proof.trials)).right
 
 
 def _notices(proof: Proof, found: tuple[Target, ...]) -> tuple[Notice, ...]:

@@ -1,9 +1,8 @@
 """Verdicts and truths in words."""
 
-from collections.abc import Mapping, Sequence
-from itertools import combinations, permutations
+from collections.abc import Sequence
 
-from proof.compare import MOST_EQUIVALENT
+from proof.compare import hit, met
 from proof.outcome import Judged, Named, Outcome
 from proof.tally import Share, control
 from reports.mismatch.words import listed, name, percent
@@ -77,32 +76,15 @@ def probabilities(j: Judged) -> str:
     return ", ".join(percent(n.probability) for n in j.named)
 
 
-def hit(n: Named, alike: Sequence[str]) -> bool:
-    """What was named, or one of the few that look the same, is among those that are right."""
-    return bool({n.id, *n.equivalent[:MOST_EQUIVALENT]} & set(alike))
-
-
-def met(j: Judged) -> Mapping[int, int]:
-    """Place of an effect of the truth -> place of what was named for it; each counts once."""
-    slots, places = range(len(j.truth.effects)), range(len(j.named))
-    most = min(len(slots), len(places))
-    tried = (
-        {s: p for s, p in zip(some, order, strict=True) if hit(j.named[p], j.truth.effects[s])}
-        for some in permutations(slots, most)
-        for order in combinations(places, most)
-    )
-    return max(tried, key=len, default={})
-
-
 def not_there(j: Judged) -> tuple[Named, ...]:
     """Named, though no truth has it and it does not come with one either."""
-    found = met(j).values()
+    found = met(j.truth.effects, j.named).values()
     return tuple(n for p, n in enumerate(j.named) if p not in found and not hit(n, j.truth.also))
 
 
 def not_named(j: Judged) -> tuple[tuple[str, ...], ...]:
     """In the truth, though nothing that was named is it."""
-    found = met(j)
+    found = met(j.truth.effects, j.named)
     return tuple(alike for s, alike in enumerate(j.truth.effects) if s not in found)
 
 

@@ -9,6 +9,7 @@ from proof.baselines import baselines, by_chance
 from proof.correction import Answered, corrected
 from proof.question import Question, Recording
 from tests.proof import trials
+from tests.twin.mismatch.recordings import NOISE_V
 from tests.twin.mismatch.test_begun import late
 from twin.effects import SeriesResistance
 from twin.mismatch import HYPOTHESES
@@ -104,3 +105,23 @@ def test_of_logs_that_begin_in_flight_all_are_judged_without_what_flowed_before(
     assert set(without_V) == {"refit", "correction", "random"}
     assert all(without_V[name] < 0.95 * with_V[name] for name in ("refit", "correction"))
     assert without_V["random"] != with_V["random"]
+
+
+def test_samples_that_stand_alone_count_for_nobody() -> None:
+    """As for what was named: six of 1201, 0.3 V off."""
+    question = trials.asked(trials.OHM)
+
+    def struck(own: Recording) -> Recording:
+        voltage_V = own.voltage_V.copy()
+        voltage_V[100::200] += 0.3
+        return replace(own, voltage_V=voltage_V)
+
+    question = replace(
+        question,
+        fitted=tuple(map(struck, question.fitted)),
+        held_out=tuple(map(struck, question.held_out)),
+    )
+    verdict = {"verdict": "named", "effects": [{"id": "series_resistance"}]}
+    refit, correction, _ = baselines(question, verdict)
+    assert refit.held_out_V < 1.2 * NOISE_V
+    assert correction.held_out_V < 1.5 * NOISE_V

@@ -262,3 +262,51 @@ def test_after_a_stop_what_was_judged_is_opened(
     assert [n.reason for n in left] == ["stopped before"] * 2
     events = [e.event for e in read_ledger((tmp_path / LEDGER).read_text())]
     assert events.count("opened") == len(done)
+
+
+def test_a_comparison_that_fails_takes_no_verdict_away(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """It counts, what there is to compare it with is not there, and why is shown."""
+
+    def broken(*_: object) -> dict[str, Any]:
+        raise ZeroDivisionError("a fault of ours")
+
+    monkeypatch.setattr(protocol, "judge", says_resistance)
+    monkeypatch.setattr(protocol, "_compared", broken)
+    monkeypatch.setattr(protocol, "_processes", ThreadPoolExecutor)
+    done, left, ledger = prove([trials.trial("trial-001", 0.0)], tmp_path, jobs=1, watch=watch())
+    assert not left
+    assert [j.outcome for j in done] == [Outcome.WRONG]
+    assert done[0].not_compared == "not compared: ZeroDivisionError: a fault of ours"
+    proof = Proof(
+        seed=0, command="", trials=done, not_made=(), versions={}, head=ledger.head, seconds=1.0
+    )
+    show(tmp_path, proof, ledger)
+    assert not check(tmp_path).broken
+    assert "not compared: ZeroDivisionError" in (tmp_path / PAGE).read_text()
+
+
+def test_a_damaged_truth_costs_no_other(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    def damages(question: Question, files: Path, out: Path) -> Verdict:
+        said = says_resistance(question, files, out)
+        if files.parent.name == "trial-001":
+            (files.parent / SEALED).write_bytes(b"no token")
+        return said
+
+    monkeypatch.setattr(protocol, "judge", damages)
+    every = [trials.trial(f"trial-{k:03d}", 0.0) for k in (1, 2)]
+    done, left, _ = prove(every, tmp_path, jobs=1, watch=watch())
+    assert [j.name for j in done] == ["trial-002"]
+    assert [n.reason for n in left] == [
+        "not opened: ValueError: the key does not open what was sealed, or it was changed"
+    ]
+
+
+@pytest.mark.parametrize("text", ["{}", "[]", '{"kind": "control"}'])
+def test_what_is_no_truth_is_told(text: str) -> None:
+    from cryptography.fernet import Fernet
+
+    key = Fernet.generate_key()
+    with pytest.raises(ValueError, match="no truth of this version"):
+        unseal(Fernet(key).encrypt(text.encode()), key.decode())
