@@ -9,6 +9,7 @@ import numpy.typing as npt
 
 from twin.load import Between, Load
 from twin.mismatch.fit import Fitted
+from twin.mismatch.left import within_cut_offs
 from twin.pack import Pack
 from twin.simulate import simulate
 
@@ -80,7 +81,7 @@ def advise(models: Sequence[Fitted], noise_V: float) -> str:
     if not drawn_A.size or drawn_A.mean() < LEAST_C * flights[0].pack.rated_C / 3600:
         return ""
     mean_A, peak_A = float(drawn_A.mean()), float(np.quantile(drawn_A, 0.99))
-    packs = [m.problem.pack(m.q, 0) for m in models]
+    packs = [within_cut_offs(m.problem.pack(m.q, 0)) for m in models]
     found = [
         (_least_apart_V([_answer_V(p.charged() if t.full else p, t.load) for p in packs]), t)
         for t in manoeuvres(flights[0].pack, mean_A, peak_A, flights[0].load.ambient_K)

@@ -14,12 +14,13 @@ from twin.mismatch.fit import Data, Fitted
 from twin.mismatch.flight import Flight, FloatArray
 from twin.mismatch.hypothesis import HYPOTHESES, Hypothesis
 from twin.mismatch.left import never_full
-from twin.mismatch.locate import Answer, drivers, shared, spans, terms
+from twin.mismatch.locate import Judged, drivers, shared, spans, terms
 from twin.mismatch.noise import Whitener
 from twin.mismatch.parts import parts
 from twin.mismatch.pauses import pauses
 from twin.mismatch.problem import START_SOC
-from twin.mismatch.search import search
+from twin.mismatch.quantities import quantities
+from twin.mismatch.search import again, search
 from twin.mismatch.split import counted, sharpened, split
 from twin.simulate import simulate
 
@@ -28,7 +29,6 @@ SHORT = 3
 MOST_COMPARED = 3  # candidates between which a test is looked for
 STRONG = np.exp(ALIKE)  # odds
 FAR = 2.0  # standard deviations of a start, beyond which it is worth a word
-Judged = tuple[FloatArray, Answer]
 
 
 def explain(  # noqa: PLR0913
@@ -56,7 +56,8 @@ def explain(  # noqa: PLR0913
     data, found = search(data, hypotheses, stated=stated, progress=progress, **most)
     best = found[0].fitted
     if not short and (finer := sharpened(data, best, stated=stated)):
-        data, found = finer, models(finer, hypotheses, progress=progress)
+        data = again(finer, [m.fitted for m in found])
+        found = models(data, hypotheses, progress=progress)
     scale = scale_of(m.fitted for m in found)
     null = next(m for m in found if not m.ids)
     decision, remarks = contradiction(
@@ -186,7 +187,7 @@ def _located(data: Data) -> tuple[Span, ...]:
 
 
 def _answers(null: Fitted) -> tuple[list[Judged], list[Judged]]:
-    """Residuals of the twin as configured where they count, with its answers."""
+    """Residuals of the twin as configured where they count, with what they may follow."""
     both: list[list[Judged]] = []
     for problem in (null.problem, null.judge):
         own: list[Judged] = []
@@ -194,7 +195,8 @@ def _answers(null: Fitted) -> tuple[list[Judged], list[Judged]]:
             counted = np.full(flight.time_s.size, np.nan)
             at = problem.judged(k)
             counted[at] = _residual_V(flight)[at]
-            own.append((counted, (flight.load, simulate(flight.pack, flight.load))))
+            answer = simulate(never_full(flight.pack), flight.load)
+            own.append((counted, quantities(flight.load, answer)))
         both.append(own)
     return both[0], both[1]
 

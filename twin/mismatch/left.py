@@ -20,6 +20,17 @@ def beyond_cut_offs(pack: Pack) -> Pack:
     return replace(pack, cell=wide)
 
 
+def within_cut_offs(pack: Pack) -> Pack:
+    """Inverse of `beyond_cut_offs`."""
+    cell = pack.cell
+    own = replace(
+        cell,
+        lower_cut_off_V=cell.lower_cut_off_V + BEYOND_V,
+        upper_cut_off_V=cell.upper_cut_off_V - BEYOND_V,
+    )
+    return replace(pack, cell=own)
+
+
 def never_full(pack: Pack) -> Pack:
     """A full pack goes on where the noise of an idle current charges it."""
     cell = pack.cell

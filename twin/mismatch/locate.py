@@ -1,16 +1,14 @@
 """Where a residual is more than noise, and what it follows."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from itertools import pairwise
 
 import numpy as np
 import numpy.typing as npt
 
-from twin.load import Load
 from twin.mismatch.finding import Driver, Span, Term
 from twin.mismatch.flight import Flight
-from twin.mismatch.quantities import quantities
-from twin.solution import Solution
 
 FloatArray = npt.NDArray[np.float64]
 
@@ -21,7 +19,8 @@ BEYOND = 4.0  # standard deviations of a span's mean: not chance
 KNOTS = 4  # of the piecewise straight line through which a quantity may act
 LEAST_EXPLAINED = 0.05
 MOST_TERMS = 4
-Answer = tuple[Load, Solution]
+Judged = tuple[FloatArray, Mapping[str, FloatArray]]
+"""Of a recording: residual (n,), NaN where it does not count, and `quantities` (m,), m <= n."""
 
 
 def spans(flight: Flight, residual_V: FloatArray, white_V: float) -> list[Span]:
@@ -62,13 +61,7 @@ def spans(flight: Flight, residual_V: FloatArray, white_V: float) -> list[Span]:
 def shared(found: Sequence[Span]) -> tuple[Span, ...]:
     """The spans of all recordings, each with its share of the whole, the largest first."""
     total = sum(max(s.share, 0.0) for s in found) or 1.0
-    each = [
-        Span(
-            flight=s.flight, start_s=s.start_s, stop_s=s.stop_s, motion=s.motion, mean_V=s.mean_V,
-            share=max(s.share, 0.0) / total,
-        )
-        for s in found
-    ]  # fmt: skip
+    each = [replace(s, share=max(s.share, 0.0) / total) for s in found]
     return tuple(sorted(each, key=lambda s: -s.share))
 
 
@@ -93,13 +86,10 @@ def change_points(means: FloatArray, weights: FloatArray, price: float) -> list[
     return borders[::-1]
 
 
-def drivers(
-    fitted: Sequence[tuple[FloatArray, Answer]], held_out: Sequence[tuple[FloatArray, Answer]]
-) -> tuple[Driver, ...]:
+def drivers(fitted: Sequence[Judged], held_out: Sequence[Judged]) -> tuple[Driver, ...]:
     """What residuals follow, by the share of their squares that a curve of one quantity explains.
 
-    The curve (a piecewise straight line) is fitted to the first and judged on the second. A
-    residual (n,) is NaN where it does not count.
+    The curve (a piecewise straight line) is fitted to the first and judged on the second.
     """
     out = []
     for name in _shared_names([*fitted, *held_out]):
@@ -117,9 +107,7 @@ def drivers(
     return tuple(sorted(out, key=lambda d: -d.explained))
 
 
-def terms(
-    fitted: Sequence[tuple[FloatArray, Answer]], held_out: Sequence[tuple[FloatArray, Answer]]
-) -> tuple[Term, ...]:
+def terms(fitted: Sequence[Judged], held_out: Sequence[Judged]) -> tuple[Term, ...]:
     """A sum of a few quantities that describes the residual: forward selection, judged held out.
 
     A term is kept if it explains at least LEAST_EXPLAINED more of what was not fitted. Sizes are
@@ -171,18 +159,16 @@ def _hats(x: FloatArray, knots: FloatArray) -> FloatArray:
     return np.column_stack([np.interp(x, knots, row) for row in np.eye(knots.size)])
 
 
-def _shared_names(answers: Sequence[tuple[FloatArray, Answer]]) -> list[str]:
-    sets = [set(quantities(*answer)) for _, answer in answers]
+def _shared_names(judged: Sequence[Judged]) -> list[str]:
+    sets = [set(own) for _, own in judged]
     return sorted(set.intersection(*sets)) if sets else []
 
 
-def _column(
-    answers: Sequence[tuple[FloatArray, Answer]], name: str
-) -> tuple[FloatArray, FloatArray]:
+def _column(judged: Sequence[Judged], name: str) -> tuple[FloatArray, FloatArray]:
     """Quantity and residual of all recordings, where the residual counts."""
     x, y = [], []
-    for residual_V, answer in answers:
-        values = quantities(*answer)[name]
+    for residual_V, quantities in judged:
+        values = quantities[name]
         own = residual_V[: values.size]
         good = np.isfinite(own)
         x.append(values[good])

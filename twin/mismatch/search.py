@@ -13,6 +13,8 @@ from twin.pack import Pack
 
 MOST_ROUNDS = 3
 """In which a twin is asked anew what a flight before left in it, and models are fitted anew."""
+MOST_ASKED = 4
+"""Models of which each is asked what a flight before left in its own twin."""
 
 
 def search(  # noqa: PLR0913
@@ -55,6 +57,18 @@ def flown_before(data: Data, found: Sequence[Fitted]) -> Data | None:
         return None
     there, before = max((_settled(data, best, own) for own in _parts(best)), key=_log_of)
     return before if _log_of((there, before)) - _log_of((best, data)) > ALIKE else None
+
+
+def again(data: Data, found: Sequence[Fitted]) -> Data:
+    """Where packs had flown before, what that left by the likeliest of what was `found`, the first.
+
+    Each by its own twin: by what it left in another's, and in noise that was taken too large, the
+    truth may have looked the worse.
+    """
+    if not _any_flown(data):
+        return data
+    asked = (_settled(data, own, own.problem.hypotheses) for own in found[:MOST_ASKED])
+    return max(asked, key=_log_of)[1]
 
 
 def _settled(data: Data, best: Fitted, own: Sequence[Hypothesis]) -> tuple[Fitted, Data]:

@@ -12,6 +12,7 @@ from twin.effects import AnyEffect, InitialSoc, SelfHeating, SeriesResistance, W
 from twin.load import Load
 from twin.mismatch import Flight, advice
 from twin.mismatch.advice import MOST_SAMPLES, advise, manoeuvres
+from twin.mismatch.left import beyond_cut_offs
 from twin.pack import Pack
 
 NOISE_V = 1e-3
@@ -19,7 +20,7 @@ NOISE_V = 1e-3
 
 def candidates(flight: Flight, *effects: AnyEffect) -> list[Any]:
     """Models of one effect each."""
-    packs = [replace(flight.pack, effects=(e,)) for e in effects]
+    packs = [beyond_cut_offs(replace(flight.pack, effects=(e,))) for e in effects]
 
     def model(own: Pack) -> Any:
         problem = SimpleNamespace(flights=(flight,), pack=lambda *_: own)
@@ -70,6 +71,7 @@ def test_a_manoeuvre_from_full_is_of_a_charged_pack(monkeypatch: pytest.MonkeyPa
 
     def answer(own: Pack, load: Load) -> Any:
         starts[load.current_A.max(), load.time_s.size] = own.initial_soc
+        assert own.cell == pack().cell  # that stops at its cut-offs
         return np.zeros(load.time_s.size)
 
     monkeypatch.setattr(advice, "_answer_V", answer)

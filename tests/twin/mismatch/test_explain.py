@@ -36,7 +36,7 @@ from twin.mismatch.problem import Problem
 from twin.mismatch.split import sharpened, split
 from twin.pack import Pack
 from twin.sensitivity import sensitivity
-from twin.simulate import changeable
+from twin.simulate import changeable, simulate
 
 FEW = [
     h
@@ -302,3 +302,24 @@ def test_samples_beyond_a_cut_off_are_looked_for_unless_an_error_is_stated(
     offsets = [h for h in HYPOTHESES if h.id == "current_offset"]
     explain([flown(seed=1)], [flown(seed=2)], hypotheses=offsets, slow_V=slow_V)
     assert asked == [slow_V is not None]
+
+
+def test_a_full_pack_that_seems_to_charge_while_idle_is_described_by_all_of_its_flight() -> None:
+    """A sensor reads -1 A at first: the twin as configured is beyond its cut-off there."""
+
+    def drifting(seed: int) -> Flight:
+        own = flown(seed=seed)
+        idle = own.time_s < 10.0
+        full = replace(pack(), initial_soc=1.0)
+        true = replace(own.load, current_A=np.where(idle, 0.0, own.load.current_A))
+        return replace(
+            own,
+            pack=full,
+            load=replace(own.load, current_A=np.where(idle, -1.0, own.load.current_A)),
+            voltage_V=simulate(full, true).require().voltage_V - 1e-3 * own.time_s,
+            judged=own.judged & ~idle,
+        )
+
+    first, *_ = explain([drifting(1)], [drifting(2)], hypotheses=()).drivers
+    assert first.quantity == "time since the start"
+    assert first.explained > 0.9
