@@ -36,6 +36,7 @@ class Noise:
         slow_s: time over which that forgets.
         along_V: of that in proportion to the current, where it is as large as its rms.
         along_s: time over which that forgets.
+        losses_V: of that by numbers of the twin that are off all along, see `stated`.
         heavy_tailed: the twin errs by far more in a few samples than in all others, see `tamed`.
         together_s: samples over so long are taken as one, their mean; 0: each by itself.
         current_A: of the recorded current, from sample to sample; 0 where none is sure.
@@ -50,6 +51,7 @@ class Noise:
     slow_s: float
     along_V: float = 0.0
     along_s: float = 1.0
+    losses_V: float = 0.0
     heavy_tailed: bool = False
     together_s: float = 0.0
     current_A: float = 0.0
@@ -72,8 +74,8 @@ class Noise:
 
     @property
     def own_V(self) -> float:
-        """The twin's own error, both parts."""
-        return hypot(self.slow_V, self.along_V)
+        """The twin's own error, all of its parts."""
+        return hypot(self.slow_V, self.along_V, self.losses_V)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -170,12 +172,13 @@ class Begun:
         return np.asarray(self.ways_V @ np.linalg.solve(inner, self.white.T @ left))
 
 
-def whitener(
+def whitener(  # noqa: PLR0913
     time_s: FloatArray,
     judged: BoolArray,
     noise: Noise,
     current_A: FloatArray | None = None,
     between: Unseen | None = None,
+    losses_V: FloatArray | None = None,
 ) -> Whitener:
     """For one recording.
 
@@ -185,6 +188,7 @@ def whitener(
         noise: what is expected of them.
         current_A: (n,) where part of the twin's own error follows it.
         between: what flowed between them.
+        losses_V: (n, k) by what the twin's own numbers may be off.
     """
     at = np.flatnonzero(judged)
     first = taken_together(time_s[at], noise.together_s)
@@ -197,6 +201,8 @@ def whitener(
         _wanders(drive, dt, Wander(size_V=noise.along_V, forgets_s=noise.along_s)),
         *(_wanders(np.ones(size), dt, left) for left in (noise.left, noise.smooth) if left),
     ]
+    if losses_V is not None and size:
+        states.append(_stays(means_from(losses_V[at], first)))
     white = noise.white_V**2 / np.diff(np.append(first, at.size))
     if between is not None and size:
         kinds = between.walk_V, between.quick_V, between.paused_V

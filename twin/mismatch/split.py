@@ -13,6 +13,7 @@ from twin.mismatch.left import left_V, never_full
 from twin.mismatch.noise import Noise, Whitener, whitener
 from twin.mismatch.problem import Problem
 from twin.mismatch.quiet import answers_ohm, quieted
+from twin.mismatch.stated import losses_V
 from twin.mismatch.unseen import unseen
 from twin.mismatch.wander import Wander
 from twin.mismatch.white import LEAST_V, SURE, current_noise, step_V, white_V, with_steps_V
@@ -28,9 +29,11 @@ that dropped 0.09 to 0.22 mV, an offset that stayed, and 0.02 to 0.05 mV else.""
 STATED_S = 200.0
 """Over which the stated error of a calibrated twin forgets. It is one of equilibria and losses that
 follow the charge: in slow discharges of two cells it fell to 1/e in 195 to 1080 s; the shortest."""
-ALONG = 0.5
-"""Of its squares, the share that follows the current. In drive cycles of two cells 0.2 to 0.4 of
-the squares changed within 20 s, as the current does, in steady discharges 0.02 to 0.04."""
+SLOW = 0.5
+"""Of its squares, the share of that. The rest are losses, most of them off all along (`stated`)."""
+ALONG, ALONG_S = 0.25, 5.0
+"""Of its squares, the share that follows the current and forgets within seconds. In drive cycles of
+two cells 0.2 to 0.4 of the squares changed within 20 s, in steady discharges 0.02 to 0.04."""
 TOGETHER_S = 1.0
 """Where an error of the twin is stated, samples over so long count as their mean. Levels tell
 little then and changes from sample to sample nearly all, and these are for a good part the noise of
@@ -133,10 +136,11 @@ def _expected(series: int, slow_V: float | None) -> Noise:
         )
     return Noise(
         white_V=LEAST_V,
-        slow_V=slow_V * sqrt(1 - ALONG),
+        slow_V=slow_V * sqrt(SLOW),
         slow_s=STATED_S,
         along_V=slow_V * sqrt(ALONG),
-        along_s=STATED_S,
+        along_s=ALONG_S,
+        losses_V=slow_V * sqrt(1 - SLOW - ALONG),
         heavy_tailed=True,
         together_s=TOGETHER_S,
     )
@@ -165,7 +169,10 @@ def own_whitener(flight: Flight, noise: Noise, pack: Pack | None = None) -> Whit
     between = unseen(pack or flight.pack, own, noise.current_A, flown=noise.flown)
     if between is not None and flight.recorded is not None:
         between = between.at(flight.time_s, own.time_s)
-    return whitener(flight.time_s, flight.judged, noise, flight.load.current_A, between)
+    return whitener(
+        flight.time_s, flight.judged, noise, flight.load.current_A, between,
+        losses_V(pack or flight.pack, flight, noise.losses_V) if noise.losses_V else None,
+    )  # fmt: skip
 
 
 def sharpened(data: Data, best: Fitted, *, stated: bool = True) -> Data | None:
