@@ -157,12 +157,6 @@ def _by_the_twin(flight: Flight) -> tuple[FloatArray, Flight]:
     return residual_V, replace(flight, judged=flight.judged & longer)
 
 
-def whitened(flight: Flight, slow_V: float | None) -> tuple[Flight, Whitener]:
-    """A recording with what is chance in it, by the twin as configured."""
-    seen, noise = as_seen(flight, slow_V)
-    return seen, own_whitener(seen, noise)
-
-
 def own_whitener(flight: Flight, noise: Noise, pack: Pack | None = None) -> Whitener:
     """`pack`: the twin that says how a voltage moves with what is unseen; that as configured."""
     own = flight.recorded_load

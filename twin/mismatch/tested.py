@@ -14,6 +14,7 @@ makes losses larger acts more than in proportion, so that the tests would say mo
 
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import replace
+from math import hypot
 
 import numpy as np
 
@@ -24,8 +25,9 @@ from twin.calibrate.settle import MISSED_V
 from twin.effects import AnyEffect, SelfHeating, SeriesResistance
 from twin.mismatch.flight import Flight
 from twin.mismatch.hypothesis import UNCERTAIN
+from twin.mismatch.noise import Whitener
 from twin.mismatch.problem import Problem
-from twin.mismatch.split import whitened
+from twin.mismatch.split import as_seen, own_whitener
 from twin.pack import Pack
 
 OF_THE_MAKE: Mapping[str, tuple[str, ...]] = {
@@ -55,7 +57,7 @@ def by_tests(
         only: what was calibrated; None all of it. A number that was not is that of another cell,
             to which all others were fitted: that they leave it no room says nothing.
     """
-    data = [whitened(_flight(test, pack), error_V) for test, pack in tests]
+    data = [as_tested(_flight(test, pack), error_V) for test, pack in tests]
     out = {}
     for h in UNCERTAIN:
         names = OF_THE_MAKE.get(h.id)
@@ -67,6 +69,17 @@ def by_tests(
             priors = h.priors(tests[0][1])
             out[h.id] = {p.name: p.prior_std * s for p, s in zip(priors, shares, strict=False)}
     return out
+
+
+def as_tested(flight: Flight, error_V: float) -> tuple[Flight, Whitener]:
+    """A recording of a test with what is chance in it.
+
+    Numbers that are off all along are what is asked for, no chance: losses forget as all else does.
+    """
+    seen, noise = as_seen(flight, error_V)
+    losses_V = hypot(noise.along_V, noise.losses_V)
+    noise = replace(noise, along_V=losses_V, along_s=noise.slow_s, losses_V=0.0)
+    return seen, own_whitener(seen, noise)
 
 
 def by_calibration(found: Calibration, tests: Sequence[ReferenceTest]) -> Tested:

@@ -28,6 +28,8 @@ def problem(*names: str, numbers: int = 0, stated: Any = None) -> Any:
         told=lambda *_: none,
         values=lambda *_: none,
         stds=lambda *_: none,
+        size=1,
+        rms_V=lambda _: np.inf,
     )
 
 
@@ -102,6 +104,18 @@ def test_what_the_twin_is_stated_to_err_by_has_no_name(
     better = model(Fit(("self_heating",), 0.006, 0.010), 20.0, 1.0)
     found = decide([better, null], 1.0, 0.0004, stated_V=stated_V)
     assert found.verdict is verdict
+
+
+@pytest.mark.parametrize(("as_configured_V", "verdict"), [(0.024, Verdict.NONE), (0.026, None)])
+def test_a_start_that_is_fitted_takes_no_twin_beyond_its_stated_error(
+    as_configured_V: float, verdict: Verdict | None
+) -> None:
+    """Its evidence asks for another start, though as configured it misses what it is stated to."""
+    null = Fit((), 0.030, 0.019, excess=50.0)
+    null.problem.rms_V = lambda _: as_configured_V
+    better = model(Fit(("self_heating",), 0.006, 0.010), 20.0, 1.0)
+    found = decide([better, model(null, 0.0, 1e-9)], 1.0, 0.0004, stated_V=0.025)
+    assert (found.verdict is Verdict.NONE) == (verdict is Verdict.NONE)
 
 
 @pytest.mark.parametrize(

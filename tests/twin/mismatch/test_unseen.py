@@ -11,7 +11,7 @@ from tests.twin.mismatch.recordings import pack
 from twin.load import Between, Load
 from twin.mismatch import Flight
 from twin.mismatch.noise import Noise, whitener
-from twin.mismatch.split import whitened
+from twin.mismatch.split import as_seen, own_whitener
 from twin.mismatch.unseen import unseen, walk_C
 from twin.simulate import simulate
 
@@ -68,9 +68,9 @@ def test_samples_that_were_added_for_the_twin_tell_nothing_of_the_current() -> N
         whole, load=fine, voltage_V=np.where(at, 16.0, np.nan), judged=at, recorded=at,
         motion=np.full(fine.time_s.size, ""),
     )  # fmt: skip
-    (_, one), (_, other) = (whitened(flight, 0.01) for flight in (whole, added))
+    one, other = (own_whitener(*as_seen(flight, 0.01)) for flight in (whole, added))
     assert other.unexpected.deviation == pytest.approx(one.unexpected.deviation, rel=1e-9)
-    forgotten = whitened(replace(added, recorded=None), 0.01)[1].unexpected.deviation
+    forgotten = own_whitener(*as_seen(replace(added, recorded=None), 0.01)).unexpected.deviation
     assert forgotten[-1] < 0.9 * one.unexpected.deviation[-1]
 
 
