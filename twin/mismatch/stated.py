@@ -40,7 +40,9 @@ def losses_V(pack: Pack, flight: Flight, most_V: float) -> FloatArray:
     counted_V = each_V[flight.judged]
     _, sizes, ways = np.linalg.svd(counted_V, full_matrices=False)
     rms_V = sizes / np.sqrt(max(counted_V.shape[0], 1))
-    return np.asarray(each_V @ ways.T * np.minimum(1.0, most_V / np.maximum(rms_V, 1e-300)))
+    own_V = np.minimum(rms_V, most_V)
+    share = most_V / max(float(np.linalg.norm(own_V)), most_V)
+    return np.asarray(each_V @ ways.T * (share * own_V / np.maximum(rms_V, 1e-300)))
 
 
 def _packs(pack: Pack) -> list[Pack]:
