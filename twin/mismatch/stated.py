@@ -3,7 +3,7 @@
 A resistance that is off follows the current. But exchange currents that are too low are one that
 falls as the current grows, and diffusion one that comes late; both stay so for all of a recording,
 and in gusts every sample has them. Who states one error of a twin does not say which of these it
-is: each way in which they can shape the voltage may make its share, none more than it usually does.
+is: the ways in which they can shape the voltage share it, none more than it usually varies.
 """
 
 import numpy as np
@@ -29,7 +29,7 @@ def losses_V(pack: Pack, flight: Flight, most_V: float) -> FloatArray:
     Args:
         pack: the twin.
         flight: n samples.
-        most_V: of each of these ways, rms over the samples that count.
+        most_V: of all together, rms over the samples that count; of any alone likewise.
     """
     wide = beyond_cut_offs(pack)
     as_is, *moved = (s.voltage_V for s in simulate_all([(p, flight.load) for p in _packs(wide)]))
@@ -40,9 +40,9 @@ def losses_V(pack: Pack, flight: Flight, most_V: float) -> FloatArray:
     counted_V = each_V[flight.judged]
     _, sizes, ways = np.linalg.svd(counted_V, full_matrices=False)
     rms_V = sizes / np.sqrt(max(counted_V.shape[0], 1))
-    own_V = np.minimum(rms_V, most_V)
-    share = most_V / max(float(np.linalg.norm(own_V)), most_V)
-    return np.asarray(each_V @ ways.T * (share * own_V / np.maximum(rms_V, 1e-300)))
+    usual_V = np.minimum(rms_V, most_V)
+    share = most_V / max(float(np.linalg.norm(usual_V)), most_V)
+    return np.asarray(each_V @ ways.T * (share * usual_V / np.maximum(rms_V, 1e-300)))
 
 
 def _packs(pack: Pack) -> list[Pack]:
