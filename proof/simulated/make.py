@@ -59,7 +59,7 @@ def _made(drawn: Drawn, flights: Sequence[TrueFlight], solves: Solves) -> tuple[
         pack = ALL[e].make(pack, size, flavour)
     flown = [fly(pack, flight, solves) for flight in flights]
     pieces = [
-        record(f, "plain", np.random.default_rng([drawn.seed, k]), by, drawn.before)
+        record(f, np.random.default_rng([drawn.seed, k]), by, drawn.before)
         for k, f in enumerate(flown)
     ]
     names = [*(f"flight-{k + 1}" for k in range(len(flown) - 1)), "held-out"]

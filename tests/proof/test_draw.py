@@ -107,8 +107,8 @@ def test_a_log_that_begins_in_flight_is_the_end_of_the_whole_one() -> None:
         name="hover-1", seed=1, time_s=t, current_A=seen.current_A, motion=np.full(n, "hover")
     )
     flown = Flown(recorded=seen, cells_V=seen.voltage_V[None], temperature_K=300 + t, flight=flight)
-    whole, _ = record(flown, "plain", np.random.default_rng(1), by)
-    late, hidden = record(flown, "plain", np.random.default_rng(1), by, 0.1)
+    whole, _ = record(flown, np.random.default_rng(1), by)
+    late, hidden = record(flown, np.random.default_rng(1), by, 0.1)
     assert whole.time_s == pytest.approx(0.5 * np.arange(12))
     first = np.flatnonzero(seen.drawn >= 0.1)[0]
     assert late.time_s == pytest.approx(0.5 * np.arange(late.time_s.size))
