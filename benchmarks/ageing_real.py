@@ -14,31 +14,26 @@ check-ups.
 import sys
 import time
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
-import numpy.typing as npt
-from scipy.optimize import minimize_scalar
 
+from benchmarks.real_cells.__main__ import SHARED
+from proof.recorded.cooling import cooled
+from proof.recorded.measured import NotHere, RealTest
+from proof.recorded.vtc6 import CAPACITY_C, DRAWN_A, Life, life
 from twin.ageing import Regime
 from twin.builtin import load_cell
 from twin.calibrate.ageing import fit_life, told_of_life
 from twin.calibrate.check_ups import CheckUps
 from twin.calibrate.degradation import course
 from twin.calibrate.out import calibrated_cell
-from twin.calibrate.reference import ReferenceTest
 from twin.calibrate.run import conclude, fit, problem_of
 from twin.effects import SelfHeating, SeriesResistance, chosen
 from twin.load import Between, Load
 from twin.pack import Pack
-from twin.simulate import simulate
 
-FloatArray = npt.NDArray[np.float64]
-
-FILE = Path(__file__).parents[2] / "shared" / "battery" / "evtol_vtc6" / "VAH07_resampled.csv"
-CAPACITY_C, FULL_V = 3.0 * 3600, 4.0
+FULL_V = 4.0
 TEST, MISSION = slice(262, 900), slice(1062, 1112)  # rows of the first of each, with rests
-CHECK_A, MISSION_A = (0.55, 0.65), 4.0  # medians of the current while either is drawn
 FREE = (
     "negative.stoichiometry_max", "positive.stoichiometry_max", "negative.stoichiometry_min",
     "capacity_C", "negative.diffusivity_m2_s", "positive.diffusivity_m2_s",
@@ -50,71 +45,37 @@ FITTED = 4  # check-ups
 PHYSICS = ("self_heating", "sei", "sei_on_cracks", "plating", "cracking", "active_material_loss")
 
 
-def discharges(time_s: FloatArray, current_A: FloatArray) -> list[tuple[float, float]]:
-    """(median current, charge [C]) of each stretch of discharge, in order."""
-    drawn = np.concatenate([[0], (current_A > 0.2).astype(int), [0]])
-    first, stop = np.flatnonzero(np.diff(drawn) == 1), np.flatnonzero(np.diff(drawn) == -1)
-    return [
-        (float(np.median(current_A[a:b])), float(np.trapezoid(current_A[a:b], time_s[a:b])))
-        for a, b in zip(first, stop, strict=True)
-    ]
-
-
-def check_ups(time_s: FloatArray, current_A: FloatArray) -> CheckUps:
-    """Charge of each capacity test, which has pauses, and missions before it."""
-    cycles: list[int] = []
-    capacity_C: list[float] = []
-    missions = 0
-    for median_A, charge_C in discharges(time_s, current_A):
-        if median_A > MISSION_A:
-            missions += 1
-        elif CHECK_A[0] < median_A < CHECK_A[1]:
-            if cycles and cycles[-1] == missions:
-                capacity_C[-1] += charge_C
-            else:
-                cycles.append(missions)
-                capacity_C.append(charge_C)
-    return CheckUps(cycle=np.array(cycles), capacity_C=np.array(capacity_C))
-
-
-def cooled(pack: Pack, load: Load, measured_K: FloatArray) -> Pack:
-    """With the cooling that its temperature in a mission shows."""
-
-    def with_transfer(log_transfer: float) -> Pack:
-        heating = SelfHeating(heat_transfer_W_m2_K=float(np.exp(log_transfer)))
-        rest = tuple(e for e in pack.effects if not isinstance(e, SelfHeating))
-        return replace(pack, effects=(heating, *rest))
-
-    def misfit_K(log_transfer: float) -> float:
-        got_K = simulate(with_transfer(log_transfer), load).temperature_K
-        return float(np.sqrt(np.mean((got_K - measured_K[: got_K.size]) ** 2)))
-
-    best = minimize_scalar(
-        misfit_K, bounds=(0.0, np.log(200.0)), method="bounded", options={"xatol": 0.05}
+def check_ups(own: Life) -> CheckUps:
+    """Charge of each capacity test, without its pauses, and missions before it."""
+    return CheckUps(
+        cycle=np.array([missions for missions, _ in own.check_ups]),
+        capacity_C=np.array([drawn_C(own.whole.part(rows)) for _, rows in own.check_ups]),
     )
-    sys.stderr.write(f"temperature of the mission: {best.fun:.1f} K rms\n")
-    return with_transfer(float(best.x))
 
 
-def calibrated(columns: FloatArray) -> Pack:
+def drawn_C(test: RealTest) -> float:
+    """While a current flows."""
+    flows = test.current_A > DRAWN_A
+    return float(np.diff(test.drawn_C)[flows[1:] & flows[:-1]].sum())
+
+
+def calibrated(own: Life) -> Pack:
     """The cell, fitted to a capacity test and a mission."""
-    time_s, current_A, voltage_V, celsius = columns
-    tests = [
-        ReferenceTest(
-            name=name, time_s=time_s[part] - time_s[part][0], current_A=current_A[part],
-            voltage_V=voltage_V[part], between=between, ambient_K=celsius[part][0] + 273.15,
-        )
-        for name, part, between in (("capacity", TEST, Between.HOLD),
-                                    ("mission", MISSION, Between.LINEAR))
-    ]  # fmt: skip
-    mission = tests[1]
-    load = Load(time_s=mission.time_s, current_A=mission.current_A, ambient_K=mission.ambient_K)
+    mission = own.whole.part(MISSION)
     start = Pack(
         cell=load_cell("lipo_2200"), capacity_C=CAPACITY_C, initial_soc=0.85,
-        initial_K=mission.ambient_K,
-        effects=(SelfHeating(), SeriesResistance(resistance_ohm=CONTACTS_OHM)),
+        effects=(SeriesResistance(resistance_ohm=CONTACTS_OHM),),
     )  # fmt: skip
-    start = cooled(start, load, celsius[MISSION] + 273.15)
+    start = cooled(start, [mission])
+    tests = [
+        replace(test, name=name, temperature_K=None).reference(
+            ambient_K=test.start_K(start.initial_K), between=between
+        )
+        for name, test, between in (
+            ("capacity", own.whole.part(TEST), Between.HOLD),
+            ("mission", mission, Between.LINEAR),
+        )
+    ]
     *_, best = fit(problem_of(start, tests, only=FREE))
     found = conclude(best.problem, best.q, tests, cross_validate=False)
     for f in found.fitted:
@@ -128,11 +89,14 @@ def calibrated(columns: FloatArray) -> Pack:
 def main() -> None:
     """Print the table."""
     begun = time.perf_counter()
-    columns = np.loadtxt(FILE, delimiter=",", skiprows=1).T
-    time_s, current_A = columns[:2]
-    ups, pack = check_ups(time_s, current_A), calibrated(columns)
+    try:
+        own = life(SHARED)
+    except NotHere as e:
+        print(f"left out: {e}")
+        return
+    ups, pack, mission = check_ups(own), calibrated(own), own.whole.part(MISSION)
     flown = Load(
-        time_s=time_s[MISSION] - time_s[MISSION][0], current_A=np.maximum(current_A[MISSION], 0.0),
+        time_s=mission.time_s, current_A=np.maximum(mission.current_A, 0.0),
         ambient_K=pack.initial_K,
     )  # fmt: skip
     regime = Regime(load=flown.refined(10.0), rest_s=700.0, full_V=FULL_V, until_rate=0.035)

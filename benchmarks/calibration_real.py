@@ -27,10 +27,10 @@ from benchmarks.real_cells.__main__ import SHARED
 from proof.recorded import about_energy, lg_m50, panasonic, samsung
 from proof.recorded.base import cooled
 from proof.recorded.measured import (
-    BEYOND_V,
     NotHere,
     RealCell,
     RealTest,
+    narrow,
     recorded_parts,
     wide,
 )
@@ -62,13 +62,8 @@ class Stand:
 
 def to_fit(cell: RealCell) -> tuple[Pack, list[ReferenceTest]]:
     """What is calibrated, with its own cut-offs, and its tests as `twin calibrate` reads them."""
-    narrow = replace(
-        cell.baseline.cell,
-        lower_cut_off_V=cell.baseline.cell.lower_cut_off_V + BEYOND_V,
-        upper_cut_off_V=cell.baseline.cell.upper_cut_off_V - BEYOND_V,
-    )
     tests = [part for t in cell.fit for part in recorded_parts(t)]
-    pack = replace(cell.baseline, cell=narrow)
+    pack = replace(cell.baseline, cell=narrow(cell.baseline.cell))
     starts_K = [float(t.temperature_K[0]) for t in tests if t.temperature_K is not None]
     if starts_K:
         pack = cooled(replace(pack, initial_K=float(np.mean(starts_K))), tests)

@@ -1,11 +1,13 @@
 """The mismatch engine on cases whose truth is another simulator's.
 
     python -m tests.mismatch_cases.make FOLDER --split report    makes them (hours; FOLDER is kept)
-    python -m benchmarks.mismatch FOLDER [--split report] [--jobs 2] [--only WORD...] [--tables]
+    python -m benchmarks.mismatch FOLDER [--split report] [--jobs 2] [--only WORD...]
+                                [--missing | --tables]
 
 Each case of FOLDER/<split> is given to `explain` without its truth, the last flight held out; the
 verdict goes to FOLDER/verdicts/<split>/<name>.json before the truth is looked at, with the time it
-took. `--tables` only reads those. About 15 s of processor time a case, more for combinations.
+took. `--missing` leaves out cases that have one, `--tables` only reads those. About 15 s of
+processor time a case, more for combinations.
 """
 
 import argparse
@@ -24,6 +26,7 @@ from benchmarks.mismatch_score import Judged, judged, tables
 from tests.mismatch_cases.case import Case, Question, Recording, load_question
 from twin.load import Load
 from twin.mismatch import Flight, explain, finding_json
+from twin.whole_file import write_whole
 
 
 def flight_of(question: Question, recording: Recording, name: str) -> Flight:
@@ -59,7 +62,7 @@ def run(path: Path, out: Path) -> Judged:
     """Verdict of one case, written, then judged."""
     target = out / f"{path.stem}.json"
     target.parent.mkdir(parents=True, exist_ok=True)
-    target.write_text(json.dumps(verdict(path), indent=1))
+    write_whole(target, json.dumps(verdict(path), indent=1))
     return judge(path, out)
 
 
@@ -69,7 +72,7 @@ def judge(path: Path, out: Path) -> Judged:
 
 
 def chosen(folder: Path, only: Sequence[str]) -> list[Path]:
-    """Cases with all of the words in their names."""
+    """Cases with any of the words in their names."""
     return [
         path
         for path in sorted(folder.glob("*.npz"))

@@ -8,10 +8,10 @@ from typing import Any
 
 import numpy as np
 
-from proof.simulated.numbers import true_value
+from proof.compare import MOST_EQUIVALENT
+from proof.simulated.numbers import true_value_in
 from tests.mismatch_cases.case import Case
 
-MOST_EQUIVALENT = 3
 NEAR_FLOOR = 1.5  # of the noise, held out
 BINS = (0.0, 0.5, 0.8, 0.9, 0.95, 0.99, 1.001)  # of probabilities
 WITHIN = 2.0  # stated deviations
@@ -78,9 +78,10 @@ def judged(case: Case, verdict: Mapping[str, Any]) -> Judged:
 def _sized(case: Case, effects: Sequence[Mapping[str, Any]]) -> Iterator[tuple[str, float]]:
     known = dict(zip(case.truth, zip(case.sizes, case.flavours, strict=True), strict=True))
     for e in effects:
-        if e["id"] in known and (true := true_value(e["id"], *known[e["id"]])):
-            (own,) = (p for p in e["parameters"] if p["name"] == true[0])
-            yield e["id"], (own["value"] - true[1]) / own["std"]
+        if e["id"] in known and (true := true_value_in(case.told, e["id"], *known[e["id"]])):
+            for own in e["parameters"]:  # only what the recordings tell
+                if own["name"] == true[0]:
+                    yield e["id"], (own["value"] - true[1]) / own["std"]
 
 
 def _kind(case: Case) -> str:

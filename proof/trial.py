@@ -16,7 +16,7 @@ class Trial:
     """One trial.
 
     Attributes:
-        name: neutral, e.g. "trial-07"; it is the name of its folder, which the judge sees.
+        name: in its list; in a proof "trial-007": the name of its folder, which the judge sees.
         source: whose truth it is: "PyBaMM", or cell and owner of the recordings.
         make: simulates, or reads and calibrates; raises NoTrial.
     """

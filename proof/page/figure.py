@@ -6,14 +6,13 @@ from typing import TYPE_CHECKING
 
 import matplotlib as mpl
 from matplotlib.backends.backend_agg import FigureCanvasAgg
-from matplotlib.backends.backend_svg import FigureCanvasSVG
 from matplotlib.figure import Figure as Canvas
 
 from proof.outcome import Outcome, Proof
 from proof.page.baselines import methods
 from proof.page.spread import draw
 from proof.tally import Tally, by_class
-from reports.plots import MEASURED, STYLE, WIDTH_IN, named_rows, to_svg
+from reports.plots import MEASURED, STYLE, WIDTH_IN, named_rows
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -25,13 +24,6 @@ COLOURS = {
     Outcome.WRONG: "#d55e00",
 }
 DPI = 130
-
-
-def figure(proof: Proof) -> str:
-    """As SVG."""
-    canvas = drawing(proof)
-    FigureCanvasSVG(canvas)
-    return to_svg(canvas, "proof")
 
 
 def figure_png(proof: Proof) -> bytes:

@@ -23,9 +23,9 @@ FATE = {
 }
 
 
-def plural(count: int, one: str, many: str = "") -> str:
+def plural(count: int, one: str) -> str:
     """`1 trial`, `2 trials`."""
-    return f"{count} {one if count == 1 else many or one + 's'}"
+    return f"{count} {one if count == 1 else one + 's'}"
 
 
 def short(text: str, longest: int = LONGEST) -> str:

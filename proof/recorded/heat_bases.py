@@ -35,12 +35,12 @@ from proof.recorded.heat_recordings import (
     steady,
 )
 from proof.recorded.measured import (
-    BEYOND_V,
     RealCell,
     RealTest,
     discharge_of,
     held_V,
     matlab,
+    narrow,
     recorded_parts,
     recording,
     rms_A,
@@ -255,14 +255,10 @@ def _published(make: Callable[[Path], RealCell]) -> BaseOf:
         cell = make(folder)
         slow = cell.fit[0]
         off = errors(answer(cell.baseline, slow), slow)
-        narrow = replace(
-            cell.baseline.cell,
-            lower_cut_off_V=cell.baseline.cell.lower_cut_off_V + BEYOND_V,
-            upper_cut_off_V=cell.baseline.cell.upper_cut_off_V - BEYOND_V,
-        )
+        pack = replace(cell.baseline, cell=narrow(cell.baseline.cell))
         return Base(
-            pack=replace(cell.baseline, cell=narrow), series_resistance_ohm=0.0, cooling={},
-            warming_K=0.0, full_soc=cell.baseline.initial_soc,
+            pack=pack, series_resistance_ohm=0.0, cooling={},
+            warming_K=0.0, full_soc=pack.initial_soc,
             errors_V={slow.name: 1e-3 * off.rms}, fitted_V={},
         )  # fmt: skip
 

@@ -52,7 +52,7 @@ class Entry:
     """One trial.
 
     Attributes:
-        name: neutral.
+        name: no other has it.
         cell: key of `heat_bases.CELLS`.
         kind: what is concealed.
         fitted: names of the cell's recordings that effects are fitted to.

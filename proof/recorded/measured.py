@@ -176,6 +176,15 @@ def wide(cell: Cell) -> Cell:
     )
 
 
+def narrow(cell: Cell) -> Cell:
+    """Inverse of `wide`."""
+    return replace(
+        cell,
+        lower_cut_off_V=cell.lower_cut_off_V + BEYOND_V,
+        upper_cut_off_V=cell.upper_cut_off_V - BEYOND_V,
+    )
+
+
 def nearest(builtin: str, slow: RealTest) -> tuple[Pack, str]:
     """A built-in cell with the charge that a slow discharge gave, and how to call it."""
     capacity_C = float(slow.drawn_C[-1])

@@ -13,6 +13,7 @@ from proof.recorded.measured import RealTest
 FloatArray = npt.NDArray[np.float64]
 
 FLOWS = 0.5  # of the largest current: the discharge has begun
+JUMP_A = 0.5
 
 
 def until(test: RealTest, share: float) -> RealTest:
@@ -33,9 +34,9 @@ def every(test: RealTest, step_s: float) -> RealTest:
     return _chosen(test, start + rows)
 
 
-def spaced(test: RealTest, step_s: float, change_A: float = 0.5) -> RealTest:
+def spaced(test: RealTest, step_s: float) -> RealTest:
     """Samples at least `step_s` apart, and both of each pair between which the current jumps."""
-    jumps = np.abs(np.diff(test.current_A)) > change_A
+    jumps = np.abs(np.diff(test.current_A)) > JUMP_A
     kept = np.append(jumps, True) | np.insert(jumps, 0, True)
     last = 0
     for k, t in enumerate(test.time_s.tolist()):

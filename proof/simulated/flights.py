@@ -18,7 +18,6 @@ FloatArray = npt.NDArray[np.float64]
 PERIOD_S = 0.1
 CALM_S = 4.0  # of a flight in calm air: gusts and ripple are averaged over about so long
 IDLE_S = 20.0  # on the ground before a mixed flight
-HOP_S = 20.0
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -105,16 +104,15 @@ def true_flight(plan: str, seed: int, *, full_C: float, drawn: tuple[float, floa
     """A flight of 5 to 6 minutes whose current is scaled to draw a share of the charge.
 
     Args:
-        plan: a key of PLANS; `hop` is the first seconds around the take-off of a mixed flight.
+        plan: a key of PLANS.
         seed: of plan, wind, ripple and end.
         full_C: what the pack holds.
         drawn: least and most of it that the flight takes.
     """
-    known = "mixed" if plan == "hop" else plan
-    rng = np.random.default_rng([zlib.crc32(known.encode()), seed])
-    flight = fly(S500, seed=seed, plan=PLANS[known](rng))
+    rng = np.random.default_rng([zlib.crc32(plan.encode()), seed])
+    flight = fly(S500, seed=seed, plan=PLANS[plan](rng))
     time_s, current_A, motion = _at_10_hz(flight)
-    if known == "mixed":
+    if plan == "mixed":
         idle = round(IDLE_S / PERIOD_S)
         current_A = np.concatenate([np.full(idle, current_A[0]), current_A])
         motion = np.concatenate([np.full(idle, motion[0]), motion])
@@ -123,11 +121,6 @@ def true_flight(plan: str, seed: int, *, full_C: float, drawn: tuple[float, floa
     if plan == "calm":
         current_A = gaussian_filter1d(current_A, CALM_S / PERIOD_S, mode="nearest")
     current_A = current_A * rng.uniform(*drawn) * full_C / unscaled_C
-    if plan == "hop":
-        first = int(np.argmax(motion != Motion.GROUND.value)) - round(5.0 / PERIOD_S)
-        span = slice(first, first + round(HOP_S / PERIOD_S) + 1)
-        current_A, motion = current_A[span], motion[span]
-        time_s = PERIOD_S * np.arange(current_A.size, dtype=float)
     return TrueFlight(
         name=f"{plan}-{seed}", seed=seed, time_s=time_s, current_A=current_A, motion=motion
     )

@@ -14,7 +14,7 @@ from proof.simulated.draw import Drawn
 from proof.simulated.effects import ALL
 from proof.simulated.flights import TrueFlight, true_flight
 from proof.simulated.flown import Flown, fly
-from proof.simulated.numbers import true_value
+from proof.simulated.numbers import true_value_in
 from proof.simulated.pack_truth import PackTruth
 from proof.simulated.record import Concealed, Recording, record
 from proof.simulated.solves import OutOfReachError, Solves
@@ -59,7 +59,7 @@ def _made(drawn: Drawn, flights: Sequence[TrueFlight], solves: Solves) -> tuple[
         pack = ALL[e].make(pack, size, flavour)
     flown = [fly(pack, flight, solves) for flight in flights]
     pieces = [
-        record(f, "plain", np.random.default_rng([drawn.seed, k]), by, drawn.before)
+        record(f, np.random.default_rng([drawn.seed, k]), by, drawn.before)
         for k, f in enumerate(flown)
     ]
     names = [*(f"flight-{k + 1}" for k in range(len(flown) - 1)), "held-out"]
@@ -101,9 +101,7 @@ def _missed_V(told: Configured, flown: Sequence[Flown]) -> float:
 def _numbers(told: Configured, ways: Sequence[tuple[str, float, int]]) -> Iterator[Number]:
     """What the twin's own numbers are in truth, where they are told by the size alone."""
     for effect, size, flavour in ways:
-        heated = effect == "cold_pack" and told.heat_transfer_W_m2_K is not None
-        full = effect == "initial_soc" and told.start_soc + size >= 1.0
-        if not (heated or full) and (known := true_value(effect, size, flavour)):
+        if known := true_value_in(told, effect, size, flavour):
             yield Number(effect=effect, name=known[0], value=known[1], unit=known[2])
 
 

@@ -2,6 +2,8 @@
 
 from math import exp
 
+from proof.simulated.configured import Configured
+
 
 def true_value(effect: str, size: float, flavour: int) -> tuple[str, float, str] | None:
     """Name, value and unit of the twin's number; None where it depends on more than the size."""
@@ -26,3 +28,12 @@ def true_value(effect: str, size: float, flavour: int) -> tuple[str, float, str]
         "plating_stripping": ("initial_mol_m3", size, "mol/m3"),
     }
     return known.get(effect)
+
+
+def true_value_in(
+    told: Configured, effect: str, size: float, flavour: int
+) -> tuple[str, float, str] | None:
+    """The same in that pack; None also where the pack decides what the effect is."""
+    heated = effect == "cold_pack" and told.heat_transfer_W_m2_K is not None
+    full = effect == "initial_soc" and told.start_soc + size >= 1.0
+    return None if heated or full else true_value(effect, size, flavour)

@@ -1,6 +1,5 @@
 """From what instruments without noise would show to what was recorded."""
 
-from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -10,11 +9,6 @@ from proof.simulated.flown import Flown
 from proof.simulated.instruments import USUAL, Instruments
 
 FloatArray = npt.NDArray[np.float64]
-BoolArray = npt.NDArray[np.bool_]
-
-STEPS_V = (0.010, 0.025)  # least and most of a quantised voltage
-GAPS = 3
-GAP_S = (4.0, 15.0)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -25,13 +19,11 @@ class Recording:
         time_s: (n,) samples.
         current_A: (n,) discharge positive, of the pack.
         voltage_V: (n,) of the pack.
-        motion: (n,) names of `segment.segment.Motion`.
     """
 
     time_s: FloatArray
     current_A: FloatArray
     voltage_V: FloatArray
-    motion: npt.NDArray[np.str_]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -41,47 +33,14 @@ class Concealed:
     Attributes:
         temperature_K: (n,) of the cells (all but the weak one, where there is one).
         cells_V: (series, n) of each cell.
-        current_A: (n,) truly drawn through the sensor.
-        clean_V: (n,) what the voltage recorder would have shown without noise and rounding.
     """
 
     temperature_K: FloatArray
     cells_V: FloatArray
-    current_A: FloatArray
-    clean_V: FloatArray
-
-
-def _all(time_s: FloatArray, rng: np.random.Generator) -> BoolArray:
-    del rng
-    return np.ones(time_s.size, dtype=bool)
-
-
-def _gaps(time_s: FloatArray, rng: np.random.Generator) -> BoolArray:
-    kept = np.ones(time_s.size, dtype=bool)
-    for start in rng.uniform(20.0, time_s[-1] - 20.0, size=GAPS):
-        kept &= ~((time_s > start) & (time_s < start + rng.uniform(*GAP_S)))
-    return kept
-
-
-def _every_tenth(time_s: FloatArray, rng: np.random.Generator) -> BoolArray:
-    del rng
-    return np.asarray(np.arange(time_s.size) % 10 == 0)
-
-
-KEPT: Mapping[str, Callable[[FloatArray, np.random.Generator], BoolArray]] = {
-    "plain": _all,
-    "gaps": _gaps,
-    "1hz": _every_tenth,
-    "quantised": _all,
-    "saturated": _all,
-}
-"""Variants of a recording: which samples are kept. `quantised` rounds the voltage, `saturated`
-cuts the current off at three quarters of its highest."""
 
 
 def record(
     flown: Flown,
-    variant: str,
     rng: np.random.Generator,
     instruments: Instruments = USUAL,
     before: float = 0.0,
@@ -92,22 +51,11 @@ def record(
     voltage_V = seen.voltage_V + instruments.noise_V * rng.standard_normal(n)
     current_A = seen.current_A + instruments.noise_A * rng.standard_normal(n)
     after = np.arange(n) - int(np.searchsorted(seen.drawn, before))
-    kept = KEPT[variant](seen.time_s, rng) & (after >= 0) & (after % instruments.every == 0)
-    if variant == "quantised":
-        step_V = rng.uniform(*STEPS_V)
-        voltage_V = np.round(voltage_V / step_V) * step_V
-    if variant == "saturated":
-        current_A = np.minimum(current_A, 0.75 * seen.current_A.max())
+    kept = (after >= 0) & (after % instruments.every == 0)
     recording = Recording(
         time_s=seen.time_s[kept] - seen.time_s[kept][0],
         current_A=current_A[kept],
         voltage_V=voltage_V[kept],
-        motion=flown.flight.motion[kept],
     )
-    concealed = Concealed(
-        temperature_K=flown.temperature_K[kept],
-        cells_V=flown.cells_V[:, kept],
-        current_A=flown.flight.current_A[kept],
-        clean_V=seen.voltage_V[kept],
-    )
+    concealed = Concealed(temperature_K=flown.temperature_K[kept], cells_V=flown.cells_V[:, kept])
     return recording, concealed

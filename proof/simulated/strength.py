@@ -1,6 +1,6 @@
 """How large an effect must be for the twin to miss the voltage by so much."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from math import exp, isfinite, log
 
 import numpy as np
@@ -9,11 +9,10 @@ from proof.simulated.configured import Configured
 from proof.simulated.effects import Effect
 from proof.simulated.flights import TrueFlight
 from proof.simulated.flown import Flown, fly
-from proof.simulated.instruments import NOISE_V, Instruments
+from proof.simulated.instruments import Instruments
 from proof.simulated.pack_truth import PackTruth
 from proof.simulated.solves import OutOfReachError, Solves
 
-STRENGTHS: Mapping[str, float] = {"barely": NOISE_V, "3x": 3 * NOISE_V, "10x": 10 * NOISE_V}
 CLOSE = 0.1  # in the logarithm of the difference
 TRIALS = 8
 LONGEST = log(8.0)  # step

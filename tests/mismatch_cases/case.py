@@ -1,7 +1,7 @@
 """A case: recordings with something in them that the twin does not know, and what it is."""
 
 import json
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, fields
 from pathlib import Path
 from typing import Any
 
@@ -9,8 +9,8 @@ import numpy as np
 import numpy.typing as npt
 
 from proof.simulated.configured import Configured
-from proof.simulated.record import Concealed, Recording
 from proof.simulated.solves import write_npz
+from tests.mismatch_cases.record import Concealed, Recording
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -124,7 +124,7 @@ def _question(stored: Any) -> Question:
 
 
 def _fields(piece: Recording | Concealed) -> dict[str, Any]:
-    return {name: getattr(piece, name) for name in type(piece).__slots__}
+    return {f.name: getattr(piece, f.name) for f in fields(piece)}
 
 
 def _piece(stored: Any, prefix: str) -> dict[str, Any]:

@@ -7,6 +7,7 @@ from itertools import product
 
 from proof.simulated.configured import END_SOC, Configured
 from proof.simulated.effects import FOREIGN, LIBRARY, PAIRS
+from proof.simulated.instruments import NOISE_V
 
 ROOM_K = 298.15
 LIPO = (  # at rest one of these, by plan
@@ -32,6 +33,7 @@ PLANS: Mapping[str, tuple[str, str, str]] = {
     "report": ("cruise", "vertical", "mixed"),
 }
 FIRST_SEED: Mapping[str, int] = {"tune": 1000, "report": 5000}  # of flights and noise
+STRENGTHS: Mapping[str, float] = {"barely": NOISE_V, "3x": 3 * NOISE_V, "10x": 10 * NOISE_V}
 POOL = 6  # flights of a plan; the first of a case is one of the first two
 
 POOR = ("gaps", "1hz", "saturated")

@@ -16,17 +16,36 @@ from pathlib import Path
 import numpy as np
 
 from proof.simulated.effects import ALL
-from proof.simulated.flights import TrueFlight, true_flight
+from proof.simulated.flights import PERIOD_S, TrueFlight, true_flight
 from proof.simulated.flown import fly
 from proof.simulated.instruments import NOISE_V
 from proof.simulated.pack_truth import PackTruth
-from proof.simulated.record import record
 from proof.simulated.solves import OutOfReachError, Solves
-from proof.simulated.strength import STRENGTHS, missed_V, size_for
+from proof.simulated.strength import missed_V, size_for
+from segment.segment import Motion
 from tests.mismatch_cases.case import Case
-from tests.mismatch_cases.catalogue import PLANS, Spec, specs
+from tests.mismatch_cases.catalogue import PLANS, STRENGTHS, Spec, specs
+from tests.mismatch_cases.record import record
 
-kept_flight = cache(true_flight)
+HOP_S = 20.0
+
+
+@cache
+def kept_flight(plan: str, seed: int, *, full_C: float, drawn: tuple[float, float]) -> TrueFlight:
+    """A true flight; a `hop` is the first seconds around the take-off of a mixed one."""
+    if plan != "hop":
+        return true_flight(plan, seed, full_C=full_C, drawn=drawn)
+    whole = true_flight("mixed", seed, full_C=full_C, drawn=drawn)
+    first = int(np.argmax(whole.motion != Motion.GROUND.value)) - round(5.0 / PERIOD_S)
+    span = slice(first, first + round(HOP_S / PERIOD_S) + 1)
+    current_A = whole.current_A[span]
+    return TrueFlight(
+        name=f"hop-{seed}",
+        seed=seed,
+        time_s=PERIOD_S * np.arange(current_A.size, dtype=float),
+        current_A=current_A,
+        motion=whole.motion[span],
+    )
 
 
 def make_case(spec: Spec, flights: Sequence[TrueFlight], solves: Solves) -> Case:

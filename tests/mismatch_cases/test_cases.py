@@ -1,6 +1,6 @@
 """The generator of the mismatch engine's own cases, on a few seconds of flight."""
 
-from dataclasses import replace
+from dataclasses import fields, replace
 from pathlib import Path
 
 import numpy as np
@@ -12,15 +12,15 @@ from proof.simulated.cell_truth import CellTruth  # noqa: E402
 from proof.simulated.dfn import SIDES, values_of  # noqa: E402
 from proof.simulated.effects import ALL, FOREIGN, LIBRARY, PAIRS  # noqa: E402
 from proof.simulated.faults import FAULTS, Traces  # noqa: E402
-from proof.simulated.flights import TrueFlight, true_flight  # noqa: E402
+from proof.simulated.flights import TrueFlight  # noqa: E402
 from proof.simulated.flown import fly  # noqa: E402
 from proof.simulated.instruments import NOISE_V  # noqa: E402
 from proof.simulated.pack_truth import PackTruth  # noqa: E402
 from proof.simulated.solves import OutOfReachError, Solves  # noqa: E402
-from proof.simulated.strength import STRENGTHS, found  # noqa: E402
+from proof.simulated.strength import found  # noqa: E402
 from tests.mismatch_cases.case import Case, load_question  # noqa: E402
-from tests.mismatch_cases.catalogue import LIPO, PLANS, Spec, specs  # noqa: E402
-from tests.mismatch_cases.make import make_case  # noqa: E402
+from tests.mismatch_cases.catalogue import LIPO, PLANS, STRENGTHS, Spec, specs  # noqa: E402
+from tests.mismatch_cases.make import kept_flight, make_case  # noqa: E402
 
 CONTRACT = {
     "self_heating", "cold_pack", "electrolyte_transport", "solid_diffusion_negative",
@@ -40,7 +40,7 @@ def solves(tmp_path_factory: pytest.TempPathFactory) -> Solves:
 @pytest.fixture(scope="module")
 def hop() -> TrueFlight:
     """Eight seconds around a take-off: a truth costs half a second."""
-    whole = true_flight("hop", 1, full_C=LIPO[0].full_C, drawn=(0.7, 0.7))
+    whole = kept_flight("hop", 1, full_C=LIPO[0].full_C, drawn=(0.7, 0.7))
     span = slice(0, 80)
     return replace(
         whole,
@@ -84,8 +84,8 @@ def test_a_case_has_the_strength_it_says_and_comes_back_from_its_file(
             assert getattr(back, name) == getattr(case, name), name
     for part in ("recordings", "concealed"):
         for mine, theirs in zip(getattr(case, part), getattr(back, part), strict=True):
-            for field in type(mine).__slots__:
-                np.testing.assert_array_equal(getattr(mine, field), getattr(theirs, field))
+            for f in fields(mine):
+                np.testing.assert_array_equal(getattr(mine, f.name), getattr(theirs, f.name))
     question = load_question(path)
     np.testing.assert_array_equal(question.held_out.voltage_V, case.recordings[-1].voltage_V)
     assert len(question.recordings) == len(case.recordings) - 1

@@ -67,14 +67,15 @@ def test_a_twin_that_is_empty_too_early_is_missed_by_that_too() -> None:
 
 
 @pytest.mark.parametrize("named", [["series_resistance"], ["cold_pack", "weak_cell"]])
-def test_an_effect_by_chance_is_another_with_as_many_numbers(named: list[str]) -> None:
+def test_an_effect_by_chance_is_another_with_about_as_many_numbers(named: list[str]) -> None:
     sizes = {h.id: len(h.fitted) for h in HYPOTHESES}
     seen = set()
     for seed in range(30):
         chosen = by_chance(named, seed, series=4)
         assert not {h.id for h in chosen} & set(named)
         assert len({h.id for h in chosen}) == len(named)
-        assert [len(h.fitted) for h in chosen] == [sizes[e] for e in named] or "weak_cell" in named
+        off = [abs(len(h.fitted) - sizes[e]) for h, e in zip(chosen, named, strict=True)]
+        assert off == [e == "weak_cell" for e in named]  # no other has three
         seen |= {h.id for h in chosen}
     assert len(seen) > 2
     assert "weak_cell" not in {h.id for h in by_chance(named, 0, series=1)}

@@ -10,10 +10,12 @@ from click.testing import CliRunner, Result
 
 pytest.importorskip("cryptography", reason="truths are sealed with `cryptography`")
 
+from analyze.checks import WrongUse
 from analyze.workbench.__main__ import main
 from proof import command
 from proof import run as protocol
 from proof.places import LEDGER
+from proof.recorded import trials as lists
 from proof.trial import Trial
 from tests.proof import trials
 from tests.proof.test_protocol import says_resistance
@@ -94,11 +96,42 @@ def test_a_seed_that_nobody_gave_is_told(tmp_path: Path, monkeypatch: pytest.Mon
     monkeypatch.setattr(command, "NEEDED", ())
     seen: list[int] = []
 
-    def none(seed: int, _count: int, _solves: Path) -> tuple[Trial, ...]:
+    def one(seed: int, _count: int, _solves: Path) -> tuple[Trial, ...]:
         seen.append(seed)
-        return ()
+        return few(seed, _count, _solves)[1:]
 
-    monkeypatch.setattr(command, "simulated", none)
+    def stops(*_: object, **_also: object) -> None:
+        raise WrongUse("before a trial is made")
+
+    monkeypatch.setattr(command, "simulated", one)
+    monkeypatch.setattr(command, "prove", stops)
     for _ in range(2):
-        call("--out", tmp_path)
+        told = call("--out", tmp_path)
+        assert f"seed     {seen[-1]}: 1 trials" in told.output
     assert len(set(seen)) == 2  # from the system's randomness: equal once in 10^9
+
+
+def test_names_of_a_proof_tell_nothing_and_the_order_is_drawn(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(command, "simulated", few)
+    request = command.Request(
+        out=tmp_path, seed=3, trials=2, recordings=tmp_path, jobs=1, check=None
+    )
+    listed = [*few(3, 2, tmp_path), *lists.recorded(tmp_path, tmp_path)]
+    asked = command._trials(request, 3)
+    assert [t.name for t in asked] == [f"trial-{k:03d}" for k in range(1, len(listed) + 1)]
+    assert [t.source for t in asked] != [t.source for t in listed]
+    assert sorted(t.source for t in asked) == sorted(t.source for t in listed)
+
+
+def test_a_truth_says_what_its_trial_is_called_in_its_list(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    names = [t.name for t in lists.recorded(tmp_path, tmp_path)]
+    assert len(set(names)) == len(names)
+    for each in ("heat_trials", "ageing_trials", "weak_trials"):
+        monkeypatch.setattr(lists, each, lambda *_: ())
+    monkeypatch.setattr(lists, "fault_trials", lambda *_: (trials.trial("trial-k09", trials.OHM),))
+    ((_, truth),) = (t.make() for t in lists.recorded(tmp_path, tmp_path))
+    assert truth.details == {lists.LISTED: "trial-k09"}

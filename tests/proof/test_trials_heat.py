@@ -8,7 +8,7 @@ import pytest
 from proof.recorded import leaf_cell, lg_m50, melasta, panasonic
 from proof.recorded.base import charged_to
 from proof.recorded.heat_bases import CELLS
-from proof.recorded.heat_list import ENTRIES, Kind
+from proof.recorded.heat_list import ENTRIES
 from proof.recorded.measured import NotHere, RealTest, matlab, recording
 from proof.recorded.thinned import binned, every, spaced, until
 from proof.recorded.trials_heat import EFFECTS, KINDS, heat_trials
@@ -26,13 +26,6 @@ def steady() -> RealTest:
     t = np.arange(601.0)
     i = np.where(t == 0, 0.0, 2.0)
     return RealTest(name="steady", time_s=t, current_A=i, voltage_V=4.0 - 0.1 * i - 1e-4 * t)
-
-
-def test_names_are_told_apart_and_say_nothing() -> None:
-    names = [e.name for e in ENTRIES]
-    assert len(set(names)) == len(names)
-    said = [h.id for h in HYPOTHESES] + [k.value for k in Kind] + list(CELLS)
-    assert not any(word in name for name in names for word in said)
 
 
 def test_every_trial_has_its_recordings() -> None:
