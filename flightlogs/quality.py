@@ -36,6 +36,7 @@ PLATEAU = 3  # equal samples in turn at the top
 STRONG = 10  # steps of strong currents elsewhere, to tell whether they stand still
 AFTER_S = 5.0  # for so long a voltage answers to what a sensor at its end did not show
 STANDS_STILL = 0.2  # of the steps of strong currents: then equal samples are no plateau
+STEADY = 0.98  # of the largest: half of the strong currents above, and it was set, not cut off
 
 
 @dataclass(frozen=True, slots=True)
@@ -163,7 +164,8 @@ def sign_warning(time_s: FloatArray, current_A: FloatArray, where: str) -> LogWa
 def plateau(size_A: FloatArray) -> BoolArray:
     """(n,) which sizes (n,) are equal and the largest: a sensor came to the end of its range.
 
-    They count only where strong currents elsewhere do not stand still; NaN is unknown.
+    They count only where strong currents elsewhere neither stand still nor are nearly as large (a
+    bench that draws one current); NaN is unknown.
     """
     none = np.zeros(size_A.size, dtype=bool)
     top = float(np.nanmax(size_A)) if np.any(np.isfinite(size_A)) else 0.0
@@ -172,9 +174,11 @@ def plateau(size_A: FloatArray) -> BoolArray:
     at_top = size_A >= top * (1 - 1e-6)
     inside = np.concatenate([[False], at_top, [False]]).astype(int)
     starts, stops = np.flatnonzero(np.diff(inside) == 1), np.flatnonzero(np.diff(inside) == -1)
+    if np.max(stops - starts) < PLATEAU:
+        return none
     strong = (size_A[:-1] > 0.5 * top) & ~at_top[:-1]
     still = np.mean(np.diff(size_A)[strong] == 0) if strong.sum() >= STRONG else 1.0
-    return none if np.max(stops - starts) < PLATEAU or still > STANDS_STILL else at_top
+    return none if still > STANDS_STILL or np.median(size_A[:-1][strong]) > STEADY * top else at_top
 
 
 def unsaturated(time_s: FloatArray, current_A: FloatArray) -> BoolArray:

@@ -130,12 +130,22 @@ def _table(
             *_left_out(whole.size - int(whole.sum()), "have no time or no current"),
             *_left_out(int(whole.sum()) - kept.size, "have the time of the line after them"),
             *((TURNED,) if turned else ()),
+            *_without_voltage(voltage_V),
         ),
     )
 
 
 MOST_S = 50 * 86400.0  # the twin takes a step a second
 TURNED = "In this file discharge current is negative, as its voltage shows: it was turned round."
+
+
+def _without_voltage(voltage_V: FloatArray | None) -> tuple[str, ...]:
+    count = 0 if voltage_V is None else int(np.isnan(voltage_V).sum())
+    if voltage_V is None or not count:
+        return ()
+    if count == voltage_V.size:
+        return ("No line has a voltage, which would say if positive current discharges: so taken.",)
+    return (f"Lines without a voltage, where nothing is compared with it: {count}.",)
 
 
 def _left_out(count: int, why: str) -> tuple[str, ...]:

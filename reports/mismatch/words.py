@@ -146,7 +146,7 @@ def _electrolyte(v: Values) -> str:
 
 def _reactions(v: Values) -> str:
     sides = _sides(v, "factor", _times)
-    return f"the reactions on the electrodes are not as fast as the twin's: {sides}"
+    return f"the reactions on the electrodes run at another rate than the twin's: {sides}"
 
 
 def _hysteresis(v: Values) -> str:

@@ -221,6 +221,11 @@ def test_a_current_that_saturates_is_doubtful(tmp_path: Path) -> None:
     assert "samples stand at" not in programmed.output
     steady = call(tmp_path, put_load(tmp_path, seconds=5.0, current_A=1.0))
     assert "samples stand at" not in steady.output
+    bench_A = 5.0 + 0.001 * np.minimum(np.random.default_rng(1).normal(0.0, 1.0, 60), 0.5)
+    rows = "".join(f"{t},{i}\n" for t, i in enumerate(bench_A.tolist()))
+    bench = call(tmp_path, load(tmp_path, f"time_s,current_A\n{rows}"))
+    assert bench.exit_code == 0, bench.output
+    assert "samples stand at" not in bench.output
 
 
 def test_the_cases_before_an_interrupt_are_written(

@@ -118,6 +118,7 @@ def test_lines_that_cannot_be_used_are_left_out_and_told() -> None:
     assert table.remarks == (
         "Lines that have no time or no current are left out: 2.",
         "Lines that have the time of the line after them are left out: 1.",
+        "Lines without a voltage, where nothing is compared with it: 1.",
     )
 
 
@@ -158,3 +159,12 @@ def test_what_stops_a_write_leaves_no_part_behind(
     with pytest.raises(type(error)):
         write_whole(tmp_path / "a.txt", "text")
     assert not list(tmp_path.iterdir())
+
+
+def test_lines_without_a_voltage_are_counted() -> None:
+    text = "time_s,current_A,voltage_V\n0,-1,{}\n1,-2,{}\n2,-3,\n"
+    some, none = read(text.format("4.1", "4.0")), read(text.format("", ""))
+    assert "Lines without a voltage, where nothing is compared with it: 1." in some.remarks
+    assert none.remarks == (
+        "No line has a voltage, which would say if positive current discharges: so taken.",
+    )

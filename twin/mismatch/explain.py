@@ -153,10 +153,9 @@ def _of_none(likeliest: Model, null: Model) -> Iterator[str]:
         if (gain := likeliest.log_evidence - null.log_evidence) < ALIKE:
             says += f" is {np.exp(gain):.1f} times as likely as nothing: strong is {STRONG:.0f}"
         else:
-            says += (
-                f" leaves {1e3 * left_V:.2f} instead of {1e3 * before_V:.2f} mV of what was held "
-                "out: no more than the twin may err by"
-            )
+            says += f" leaves {1e3 * left_V:.2f} instead of {1e3 * before_V:.2f} mV of what was "
+            worse = left_V > before_V
+            says += f"held out: {'worse' if worse else 'no more than the twin may err by'}"
         yield f"{says}, so it is not named"
 
 
