@@ -11,6 +11,7 @@ import pybamm
 
 from proof.simulated.cell_truth import CellTruth
 from proof.simulated.dfn import EQUATIONS, POINTS, TOLERANCE, solve
+from twin.builtin import builtin_text
 
 FloatArray = npt.NDArray[np.float64]
 
@@ -32,7 +33,7 @@ class Solves:
         if self.folder is None:
             return _solve(truth, time_s, current_A)
         numerics = f"{POINTS[truth.cell]} {TOLERANCE} {EQUATIONS} {pybamm.__version__}"
-        what = f"{truth!r} {numerics}".encode()
+        what = f"{truth!r} {numerics} {builtin_text(truth.cell)}".encode()
         key = hashlib.sha256(what + time_s.tobytes() + current_A.tobytes()).hexdigest()[:24]
         path = self.folder / f"{key}.npz"
         if not path.exists():

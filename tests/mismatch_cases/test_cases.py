@@ -198,6 +198,23 @@ def test_what_a_cell_cannot_be_is_out_of_reach(hop: TrueFlight, solves: Solves) 
         fly(empty, hop, solves)
 
 
+def test_what_is_kept_of_a_cell_is_none_of_one_whose_file_was_changed(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    asked = []
+
+    def answer(*_: object) -> tuple[np.ndarray, np.ndarray]:
+        asked.append(1)
+        return np.zeros(3), np.zeros(3)
+
+    monkeypatch.setattr("proof.simulated.solves._solve", answer)
+    question = CellTruth(cell="lipo_2200", soc=1.0, start_K=298.15, ambient_K=298.15), *np.eye(2, 3)
+    for text, times in (("as it is", 1), ("as it is", 1), ("changed", 2)):
+        monkeypatch.setattr("proof.simulated.solves.builtin_text", lambda _, text=text: text)
+        Solves(folder=tmp_path).answer(*question)
+        assert len(asked) == times
+
+
 def test_variants_spoil_the_recording_and_not_the_truth(hop: TrueFlight, solves: Solves) -> None:
     plain, slow, coarse = (
         make_case(spec_of(strength="none", variant=v), [hop], solves).recordings[0]
