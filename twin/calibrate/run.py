@@ -45,6 +45,7 @@ FloatArray = npt.NDArray[np.float64]
 LEAST_SQUARES, SEARCH = "least squares", "search"
 CORRECTION = "open-circuit curve"
 ADVICE = "further tests worth making"
+OTHER_START = 0.005  # of the charge
 FAR = 3.0  # times what a twin may miss of a test: that may be the wrong valley
 SIGHTED = 3e-4
 """Of the cost, that a step has to gain from a start that may lead elsewhere: which valley is the
@@ -240,6 +241,7 @@ def conclusions(
     remarks = [f"{t.name}: {r}" for t in tests for r in t.remarks]
     correction = correction_of(problem, q, told)
     remarks += [str(correction)] if correction else []
+    remarks += _starts(problem, q, tests)
     found = Calibration(
         problem=problem,
         q=q,
@@ -262,6 +264,17 @@ def conclusions(
                 after = (*found.fitted[:k], shown, *found.fitted[k + 1 :])
                 found = replace(found, fitted=after, missing=others[k + 1 :])
             yield found
+
+
+def _starts(problem: Problem, q: FloatArray, tests: Sequence[ReferenceTest]) -> list[str]:
+    """Of tests that began with another charge than a replay of the pack does."""
+    told = problem.pack.initial_soc
+    own = [problem.mapped(q, k).numbers["initial_soc"] for k in range(len(tests))]
+    return [
+        f"{t.name}: began with {soc:.1%} of its charge, as fitted; a pack starts with {told:.1%}"
+        for t, soc in zip(tests, own, strict=True)
+        if abs(soc - told) > OTHER_START and not problem.pack.soc_by_rest
+    ]
 
 
 def conclude(

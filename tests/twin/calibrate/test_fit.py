@@ -3,12 +3,14 @@
 from collections.abc import Callable, Iterator
 from dataclasses import replace
 from functools import cache
+from types import SimpleNamespace
 
 import numpy as np
 import numpy.typing as npt
 import pytest
 
 from tests.twin.calibrate.synthetic import cell_pack, measured
+from twin.calibrate import run
 from twin.calibrate.answer import Verdict
 from twin.calibrate.checks import Fitted, predicted, rms
 from twin.calibrate.objective import Problem
@@ -217,3 +219,18 @@ def test_a_pack_of_unlike_cells_and_no_test_are_refused() -> None:
         problem_of(unlike, tests)
     with pytest.raises(CalibrationError, match="same name"):
         problem_of(pack, [*tests, *tests])
+
+
+@pytest.mark.parametrize(("by_rest", "count"), [(False, 1), (True, 0)])
+def test_a_test_that_began_with_another_charge_than_a_replay_is_said(
+    *, by_rest: bool, count: int
+) -> None:
+    own = replace(cell_pack(), soc_by_rest=by_rest)
+    starts = [0.976, 0.998]
+    problem = SimpleNamespace(
+        pack=own, mapped=lambda _, k: SimpleNamespace(numbers={"initial_soc": starts[k]})
+    )
+    tests = [SimpleNamespace(name=name) for name in ("0.1C", "2C")]
+    said = run._starts(problem, np.zeros(1), tests)  # type: ignore[arg-type]
+    told = "0.1C: began with 97.6% of its charge, as fitted; a pack starts with 100.0%"
+    assert said == [told] * count
