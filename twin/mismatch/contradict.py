@@ -13,7 +13,7 @@ from twin.mismatch.hypothesis import Hypothesis
 from twin.mismatch.search import search
 from twin.mismatch.split import split
 
-AGREEING = 3.0
+AGREEING = 3.0  # standard deviations between numbers that are the same
 
 
 def contradiction(

@@ -86,6 +86,7 @@ def explain(  # noqa: PLR0913
         courses=_courses(data, best),
         remarks=(
             *remarks,
+            *_stated(slow_V),
             *(_of_none(found[0], null) if decision.verdict is Verdict.NONE else ()),
             *_noisy(data),
             *_begun(data),
@@ -93,6 +94,15 @@ def explain(  # noqa: PLR0913
             *_left_out(data),
         ),
     )
+
+
+def _stated(slow_V: float | None) -> Iterator[str]:
+    """What nobody sees in the noise that was estimated."""
+    if slow_V is not None:
+        yield (
+            f"the twin is stated to err by {1e3 * slow_V:.3g} mV rms: what changes the voltage by "
+            "less has no name, and what is left may be as much"
+        )
 
 
 def _noisy(data: Data) -> Iterator[str]:

@@ -300,8 +300,10 @@ def test_samples_beyond_a_cut_off_are_looked_for_unless_an_error_is_stated(
 
     monkeypatch.setattr(import_module("twin.mismatch.explain"), "sharpened", noted)
     offsets = [h for h in HYPOTHESES if h.id == "current_offset"]
-    explain([flown(seed=1)], [flown(seed=2)], hypotheses=offsets, slow_V=slow_V)
+    found = explain([flown(seed=1)], [flown(seed=2)], hypotheses=offsets, slow_V=slow_V)
     assert asked == [slow_V is not None]
+    said = [r for r in found.remarks if "stated to err by 20 mV rms" in r]
+    assert len(said) == (slow_V is not None)
 
 
 def test_a_full_pack_that_seems_to_charge_while_idle_is_described_by_all_of_its_flight() -> None:
