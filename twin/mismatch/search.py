@@ -63,12 +63,14 @@ def again(data: Data, found: Sequence[Fitted]) -> Data:
     """Where packs had flown before, what that left by the likeliest of what was `found`, the first.
 
     Each by its own twin: by what it left in another's, and in noise that was taken too large, the
-    truth may have looked the worse.
+    truth may have looked the worse. As it was, if that is hardly more probable.
     """
     if not _any_flown(data):
         return data
     asked = (_settled(data, own, own.problem.hypotheses) for own in found[:MOST_ASKED])
-    return max(asked, key=_log_of)[1]
+    there = max(asked, key=_log_of)
+    as_was = _at(found[0], data), data
+    return there[1] if _log_of(there) - _log_of(as_was) > ALIKE else data
 
 
 def _settled(data: Data, best: Fitted, own: Sequence[Hypothesis]) -> tuple[Fitted, Data]:
