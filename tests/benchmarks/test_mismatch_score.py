@@ -5,6 +5,8 @@ from typing import Any
 
 import pytest
 
+pytest.importorskip("pybamm", reason="PyBaMM makes the truth of these cases")
+
 from benchmarks.mismatch_score import judged
 from tests.mismatch_cases.case import Case
 from tests.mismatch_cases.catalogue import HEATED, LIPO
