@@ -75,7 +75,7 @@ def decide(
     changes_V = _changes_V(best.fitted, null.fitted)
     small = max(changes_V) < NUMERICS_V * _series(null.fitted)
     small |= min(changes_V) < stated_V and changes_V[1] < OWN_ERROR * stated_V
-    own = bool(stated_V) and _as_stated_by(null.fitted, hypot(stated_V, noise_V))
+    own = bool(stated_V) and _errs_as_stated(null.fitted, hypot(stated_V, noise_V))
     idle = not best.ids or null.probability > LIKELY or small or own
     if idle or _misleads(best.fitted, null.fitted):
         verdict = Verdict.NONE if white(null.fitted) or own else Verdict.UNKNOWN
@@ -166,7 +166,7 @@ def _within(fitted: Fitted, most_V: float) -> bool:
     return max(fitted.rms_V(), fitted.held_out_rms_V()) < most_V
 
 
-def _as_stated_by(null: Fitted, most_V: float) -> bool:
+def _errs_as_stated(null: Fitted, most_V: float) -> bool:
     """The twin misses less, with its starts fitted or as configured."""
     as_configured_V = null.problem.rms_V(np.zeros(null.problem.size))
     return max(min(null.rms_V(), as_configured_V), null.held_out_rms_V()) < most_V

@@ -11,30 +11,28 @@ BEYOND_V = 1.0  # a cell goes on for so long beyond its cut-offs
 
 def beyond_cut_offs(pack: Pack) -> Pack:
     """Its cells go on a while where they should stop: who is empty too early can be compared."""
-    cell = pack.cell
-    wide = replace(
-        cell,
-        lower_cut_off_V=cell.lower_cut_off_V - BEYOND_V,
-        upper_cut_off_V=cell.upper_cut_off_V + BEYOND_V,
-    )
-    return replace(pack, cell=wide)
+    return _moved(pack, -BEYOND_V, BEYOND_V)
 
 
 def within_cut_offs(pack: Pack) -> Pack:
     """Inverse of `beyond_cut_offs`."""
-    cell = pack.cell
-    own = replace(
-        cell,
-        lower_cut_off_V=cell.lower_cut_off_V + BEYOND_V,
-        upper_cut_off_V=cell.upper_cut_off_V - BEYOND_V,
-    )
-    return replace(pack, cell=own)
+    return _moved(pack, BEYOND_V, -BEYOND_V)
 
 
 def never_full(pack: Pack) -> Pack:
     """A full pack goes on where the noise of an idle current charges it."""
+    return _moved(pack, 0.0, BEYOND_V)
+
+
+def _moved(pack: Pack, lower_V: float, upper_V: float) -> Pack:
+    """Its cells' cut-offs by so much."""
     cell = pack.cell
-    return replace(pack, cell=replace(cell, upper_cut_off_V=cell.upper_cut_off_V + BEYOND_V))
+    moved = replace(
+        cell,
+        lower_cut_off_V=cell.lower_cut_off_V + lower_V,
+        upper_cut_off_V=cell.upper_cut_off_V + upper_V,
+    )
+    return replace(pack, cell=moved)
 
 
 def left_V(flight: Flight, pack: Pack, solution: Solution | None) -> FloatArray:

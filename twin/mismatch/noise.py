@@ -178,7 +178,7 @@ def whitener(  # noqa: PLR0913
     noise: Noise,
     current_A: FloatArray | None = None,
     between: Unseen | None = None,
-    losses_V: FloatArray | None = None,
+    ways_V: FloatArray | None = None,
 ) -> Whitener:
     """For one recording.
 
@@ -188,7 +188,7 @@ def whitener(  # noqa: PLR0913
         noise: what is expected of them.
         current_A: (n,) where part of the twin's own error follows it.
         between: what flowed between them.
-        losses_V: (n, k) by what the twin's own numbers may be off.
+        ways_V: (n, k) in which its own losses may be off all along, see `stated`.
     """
     at = np.flatnonzero(judged)
     first = taken_together(time_s[at], noise.together_s)
@@ -201,8 +201,8 @@ def whitener(  # noqa: PLR0913
         _wanders(drive, dt, Wander(size_V=noise.along_V, forgets_s=noise.along_s)),
         *(_wanders(np.ones(size), dt, left) for left in (noise.left, noise.smooth) if left),
     ]
-    if losses_V is not None and size:
-        states.append(_stays(means_from(losses_V[at], first)))
+    if ways_V is not None and size:
+        states.append(_stays(means_from(ways_V[at], first)))
     white = noise.white_V**2 / np.diff(np.append(first, at.size))
     if between is not None and size:
         kinds = between.walk_V, between.quick_V, between.paused_V

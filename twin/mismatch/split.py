@@ -13,7 +13,7 @@ from twin.mismatch.left import left_V, never_full
 from twin.mismatch.noise import Noise, Whitener, whitener
 from twin.mismatch.problem import Problem
 from twin.mismatch.quiet import answers_ohm, quieted
-from twin.mismatch.stated import losses_V
+from twin.mismatch.stated import loss_ways
 from twin.mismatch.unseen import unseen
 from twin.mismatch.wander import Wander
 from twin.mismatch.white import LEAST_V, SURE, current_noise, step_V, white_V, with_steps_V
@@ -158,14 +158,14 @@ def _by_the_twin(flight: Flight) -> tuple[FloatArray, Flight]:
 
 
 def own_whitener(flight: Flight, noise: Noise, pack: Pack | None = None) -> Whitener:
-    """`pack`: the twin that says how a voltage moves with what is unseen; that as configured."""
+    """`pack`: the twin that says how a voltage moves with what is not known; that as configured."""
     own = flight.recorded_load
     between = unseen(pack or flight.pack, own, noise.current_A, flown=noise.flown)
     if between is not None and flight.recorded is not None:
         between = between.at(flight.time_s, own.time_s)
     return whitener(
         flight.time_s, flight.judged, noise, flight.load.current_A, between,
-        losses_V(pack or flight.pack, flight, noise.losses_V) if noise.losses_V else None,
+        loss_ways(pack or flight.pack, flight, noise.losses_V) if noise.losses_V else None,
     )  # fmt: skip
 
 

@@ -1,4 +1,4 @@
-"""What numbers of a twin that are off do to its voltage, where its error is stated: `losses_V`.
+"""What numbers of a twin that are off do to its voltage, where its error is stated: `loss_ways`.
 
 A resistance that is off follows the current. But exchange currents that are too low are one that
 falls as the current grows, and diffusion one that comes late; both stay so for all of a recording,
@@ -21,8 +21,8 @@ LOSSES = (
 STEP = 0.01  # standard deviations of a prior
 
 
-def losses_V(pack: Pack, flight: Flight, most_V: float) -> FloatArray:
-    """(n, k) k ways that do not depend on each other, each by one standard deviation.
+def loss_ways(pack: Pack, flight: Flight, most_V: float) -> FloatArray:
+    """(n, k) k ways that do not depend on each other, each by one standard deviation [V].
 
     The principal components of what the numbers of LOSSES do, each as far as it usually varies.
 

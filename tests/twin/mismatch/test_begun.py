@@ -6,11 +6,21 @@ import numpy as np
 import pytest
 
 from tests.twin.mismatch.recordings import NOISE_V, flown, pack
-from twin.effects import AnyEffect, InitialSoc, SeriesResistance, SolidDiffusionNegative, WeakCell
+from twin.effects import (
+    AnyEffect,
+    InitialSoc,
+    SeriesResistance,
+    SolidDiffusionNegative,
+    SolidDiffusionPositive,
+    WeakCell,
+)
 from twin.load import Between, Load
 from twin.mismatch import Flight, Verdict, explain
 from twin.mismatch.begun import begins_under_load, preceded
+from twin.mismatch.fit import fit
 from twin.mismatch.hypothesis import HYPOTHESES
+from twin.mismatch.search import again, flown_before
+from twin.mismatch.split import split
 from twin.mismatch.unseen import unseen
 from twin.simulate import simulate
 
@@ -150,3 +160,19 @@ def test_no_cell_was_more_than_full_before(effect: AnyEffect) -> None:
         assert started.initial_soc - drawn == pytest.approx(pack.initial_soc, abs=1e-3)
         fullest = max(kind.initial_soc for kind in started.cells())
         assert fullest < max(1.0, pack.initial_soc + 0.1) + 1e-9
+
+
+def test_what_a_flight_before_left_is_asked_of_each_likely_model() -> None:
+    """Lost material came first, by what it left; slow particles are far likelier by their own."""
+    named = {h.id: [h] for h in HYPOTHESES}
+    slow, lost = named["solid_diffusion_positive"], named["active_material_loss_positive"]
+    truth = (SolidDiffusionPositive(diffusivity_factor=0.4),)
+    rested = split([late(truth, 1)], [late(truth, 2)])
+    by_lost = flown_before(rested, [fit(rested, lost)])
+    assert by_lost is not None
+    found = [fit(by_lost, own) for own in (lost, slow)]
+    by_slow = again(by_lost, found)
+    assert set(by_lost.near) == {"active_material_loss_positive"}
+    assert set(by_slow.near) == {"solid_diffusion_positive"}
+    assert again(by_slow, [fit(by_slow, slow)]) is by_slow  # hardly more probable
+    assert again(rested, found) is rested

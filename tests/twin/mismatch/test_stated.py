@@ -8,7 +8,7 @@ import pytest
 from tests.twin.mismatch.recordings import flown
 from twin.effects import AnyEffect, ReactionKinetics, SolidDiffusionPositive
 from twin.mismatch.flight import FloatArray
-from twin.mismatch.stated import losses_V
+from twin.mismatch.stated import loss_ways
 from twin.simulate import simulate
 
 FLIGHT = flown(seed=1)
@@ -21,7 +21,7 @@ def rms_V(voltage_V: FloatArray) -> float:
 @pytest.mark.parametrize("most_V", [1e-3, 8e-3, 5.0])
 def test_all_ways_together_make_no_more_than_is_stated(most_V: float) -> None:
     """And none more than it usually does, however much is stated."""
-    ways_V = losses_V(FLIGHT.pack, FLIGHT, most_V)
+    ways_V = loss_ways(FLIGHT.pack, FLIGHT, most_V)
     together_V = float(np.linalg.norm([rms_V(way) for way in ways_V.T]))
     assert together_V <= most_V * (1 + 1e-9)
     assert (together_V > 0.999 * most_V) == (most_V < 1.0)
@@ -29,7 +29,7 @@ def test_all_ways_together_make_no_more_than_is_stated(most_V: float) -> None:
 
 def test_no_way_depends_on_another_over_the_samples_that_count() -> None:
     flight = replace(FLIGHT, judged=FLIGHT.time_s > 30.0)
-    own_V = losses_V(flight.pack, flight, 8e-3)[flight.judged]
+    own_V = loss_ways(flight.pack, flight, 8e-3)[flight.judged]
     products = own_V.T @ own_V
     assert np.abs(products - np.diag(np.diag(products))).max() < 1e-6 * products.max()
 
@@ -43,7 +43,7 @@ def test_no_way_depends_on_another_over_the_samples_that_count() -> None:
 def test_what_a_number_that_is_a_little_off_does_is_among_them(off: AnyEffect) -> None:
     exact_V = simulate(replace(FLIGHT.pack, effects=(off,)), FLIGHT.load).voltage_V
     missed_V = exact_V - simulate(FLIGHT.pack, FLIGHT.load).voltage_V
-    ways_V = losses_V(FLIGHT.pack, FLIGHT, 5.0)
+    ways_V = loss_ways(FLIGHT.pack, FLIGHT, 5.0)
     sizes = np.linalg.lstsq(ways_V, missed_V, rcond=None)[0]
     assert rms_V(missed_V - ways_V @ sizes) < 0.1 * rms_V(missed_V)
     assert np.linalg.norm(sizes) < 1.0  # deviations of the prior
@@ -51,4 +51,4 @@ def test_what_a_number_that_is_a_little_off_does_is_among_them(off: AnyEffect) -
 
 def test_of_a_recording_in_which_nothing_counts_there_is_none() -> None:
     nothing = replace(FLIGHT, judged=np.zeros(FLIGHT.time_s.size, dtype=bool))
-    assert losses_V(nothing.pack, nothing, 8e-3).shape == (FLIGHT.time_s.size, 0)
+    assert loss_ways(nothing.pack, nothing, 8e-3).shape == (FLIGHT.time_s.size, 0)
