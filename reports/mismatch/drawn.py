@@ -6,12 +6,14 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
+from reports.plots import DRAWN_GAP_S, broken_at_gaps
 from segment.segment import Motion
 from twin.mismatch import Course
 
 FloatArray = npt.NDArray[np.float64]
 
 MEAN_S = 1.0
+LONGER = 5.0  # times the usual step: a pause
 MOST_DRAWN = 6  # recordings; of more those with the largest residual
 COLUMNS = 600
 CAUSE_COLOURS = ("#d55e00", "#0072b2", "#882255")
@@ -50,8 +52,11 @@ def stretches(course: Course) -> tuple[Stretch, ...]:
     )
 
 
-def mean_mV(course: Course, values_V: FloatArray) -> FloatArray:
-    """(n,) mean over MEAN_S around each sample that counts; NaN at the others."""
+def mean_mV(course: Course, values_V: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """A line: (m,) times, and the mean over MEAN_S around each sample that counts; NaN at others.
+
+    It is broken where nothing was recorded for much longer than usual.
+    """
     t = course.time_s
     good = course.judged & np.isfinite(values_V)
     total = np.concatenate([[0.0], np.cumsum(np.where(good, values_V, 0.0))])
@@ -59,4 +64,5 @@ def mean_mV(course: Course, values_V: FloatArray) -> FloatArray:
     first = np.searchsorted(t, t - MEAN_S / 2)
     last = np.searchsorted(t, t + MEAN_S / 2, side="right")
     n = count[last] - count[first]
-    return np.where(good, 1e3 * (total[last] - total[first]) / np.maximum(n, 1), np.nan)
+    mean = np.where(good, 1e3 * (total[last] - total[first]) / np.maximum(n, 1), np.nan)
+    return broken_at_gaps(t, mean, max(DRAWN_GAP_S, LONGER * float(np.median(np.diff(t)))))

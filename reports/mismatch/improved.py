@@ -11,7 +11,6 @@ from reports.mismatch.summary import mV
 from reports.plots import (
     COMMANDED,
     SIMULATED,
-    broken_at_gaps,
     decimate,
     legend,
     panels,
@@ -72,11 +71,8 @@ def _figure(finding: Finding) -> Figure:
             (course.residual_V, COMMANDED, "before"),
             (course.after_V, SIMULATED, "after"),
         ):
-            smooth = mean_mV(course, values_V)
-            ax.plot(
-                *decimate(*broken_at_gaps(course.time_s, smooth), COLUMNS), color=colour,
-                label=label, linewidth=1.1,
-            )  # fmt: skip
+            smooth = decimate(*mean_mV(course, values_V), COLUMNS)
+            ax.plot(*smooth, color=colour, label=label, linewidth=1.1)
         ax.set_xlim(float(course.time_s[0]), float(course.time_s[-1]))
         ax.set_title(course.name, fontsize=9, loc="left", parse_math=False)
         ax.set_ylabel("error [mV]")

@@ -19,7 +19,6 @@ from reports.mismatch.summary import mV
 from reports.mismatch.words import name
 from reports.plots import (
     MEASURED,
-    broken_at_gaps,
     decimate,
     legend,
     motion_key,
@@ -92,12 +91,11 @@ def picture(course: Course, finding: Finding, number: int) -> Figure:
     ax = axes[0]
     moved = stretches(course)
     shade([ax], moved)
-    residual_V = np.where(course.judged, course.residual_V, np.nan)
     noise_mV = 1e3 * finding.errors.noise
     ax.axhspan(-noise_mV, noise_mV, color="#8c8c8c", alpha=0.3, linewidth=0)
-    _line(ax, course, mean_mV(course, residual_V), MEASURED, "recorded − simulated")
+    _line(ax, mean_mV(course, course.residual_V), MEASURED, "recorded − simulated")
     for part, colour in zip(course.parts, CAUSE_COLOURS, strict=False):
-        _line(ax, course, mean_mV(course, part.voltage_V), colour, name(part.effect))
+        _line(ax, mean_mV(course, part.voltage_V), colour, name(part.effect))
     ax.set_ylabel("voltage [mV]")
     legend(ax)
     if own:
@@ -116,8 +114,8 @@ def picture(course: Course, finding: Finding, number: int) -> Figure:
     )
 
 
-def _line(ax: "Axes", course: Course, values_mV: FloatArray, colour: str, label: str) -> None:
-    t, y = decimate(*broken_at_gaps(course.time_s, values_mV), COLUMNS)
+def _line(ax: "Axes", drawn: tuple[FloatArray, FloatArray], colour: str, label: str) -> None:
+    t, y = decimate(*drawn, COLUMNS)
     if np.isfinite(y).any():
         ax.plot(t, y, color=colour, label=label, linewidth=1.2)
 

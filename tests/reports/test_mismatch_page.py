@@ -277,11 +277,22 @@ def test_motions_become_stretches_and_the_unknown_stays_white() -> None:
 
 def test_a_drawn_line_is_the_mean_over_a_second_of_what_counts() -> None:
     own = course("a", ahead=False)
-    smooth = mean_mV(own, own.after_V)
+    _, smooth = mean_mV(own, own.after_V)
     assert np.all(np.isnan(smooth) == ~own.judged)
     assert np.nanstd(smooth) == pytest.approx(1e3 * NOISE_V / np.sqrt(11), rel=0.2)
-    straight = mean_mV(own, np.full(TIME_S.size, 0.05))
+    _, straight = mean_mV(own, np.full(TIME_S.size, 0.05))
     assert np.nanmax(np.abs(straight - 50.0)) < 1e-9
+
+
+def test_a_line_of_a_sparse_recording_is_broken_at_its_pauses_alone() -> None:
+    own = course("a", ahead=False)
+    sparse = replace(own, time_s=100.0 * TIME_S, judged=np.ones(TIME_S.size, dtype=bool))
+    assert np.all(np.isfinite(mean_mV(sparse, own.after_V)[1]))
+    paused = replace(sparse, time_s=sparse.time_s + 60.0 * (np.arange(TIME_S.size) >= 200))
+    t, drawn = mean_mV(paused, own.after_V)
+    (gap,) = np.flatnonzero(np.isnan(drawn)).tolist()
+    assert gap == 200
+    assert paused.time_s[199] < t[gap] < paused.time_s[200]
 
 
 def test_of_many_recordings_the_worst_are_drawn_and_the_rest_is_said() -> None:

@@ -100,7 +100,7 @@ def _stated(slow_V: float | None) -> Iterator[str]:
     """What nobody sees in the noise that was estimated."""
     if slow_V is not None:
         yield (
-            f"the twin is stated to err by {1e3 * slow_V:.3g} mV rms: what changes the voltage by "
+            f"The twin is stated to err by {1e3 * slow_V:.3g} mV rms: what changes the voltage by "
             "less has no name, and what is left may be as much"
         )
 
@@ -230,7 +230,7 @@ def _advice(decision: Decision, noise_V: float) -> str:
 
 
 def _courses(data: Data, best: Fitted) -> tuple[Course, ...]:
-    """Every recording once."""
+    """Every recording once, at the samples that were recorded."""
     ahead = {f.name for f, _ in data.held_out}
     out: dict[str, Course] = {}
     for problem, q, own in (
@@ -240,16 +240,20 @@ def _courses(data: Data, best: Fitted) -> tuple[Course, ...]:
         for k, flight in enumerate(problem.flights):
             counted = np.zeros(flight.time_s.size, dtype=bool)
             counted[problem.judged(k)] = True
-            before = out.get(flight.name)
+            at = slice(None) if flight.recorded is None else flight.recorded
+            counted, before = counted[at], out.get(flight.name)
             out[flight.name] = Course(
                 name=flight.name,
                 held_out=flight.name in ahead,
-                time_s=flight.time_s,
-                residual_V=_residual_V(flight),
-                after_V=problem.residual_V(q, k),
-                motion=flight.motion,
+                time_s=flight.time_s[at],
+                residual_V=_residual_V(flight)[at],
+                after_V=problem.residual_V(q, k)[at],
+                motion=flight.motion[at],
                 judged=counted if before is None else counted | before.judged,
                 judged_ahead=counted if problem is best.judge else np.zeros_like(counted),
-                parts=parts(own, problem, q, k),
+                parts=tuple(
+                    replace(part, voltage_V=part.voltage_V[at])
+                    for part in parts(own, problem, q, k)
+                ),
             )
     return tuple(out.values())

@@ -67,6 +67,22 @@ def test_a_start_that_is_off_within_its_tolerance_is_told() -> None:
     assert explain(right[:1], right[1:], hypotheses=gain).remarks == ()
 
 
+def test_what_was_added_between_recorded_samples_is_in_no_course() -> None:
+    """A load of the bench, every 10 s, is simulated at samples between them without a voltage."""
+    ohm = [h for h in HYPOTHESES if h.id == "series_resistance"]
+    both = []
+    for seed in (1, 2):
+        own = flown(seed=seed)
+        recorded = np.arange(own.time_s.size) % 3 == 0
+        voltage_V = np.where(recorded, own.voltage_V, np.nan)
+        both.append(replace(own, voltage_V=voltage_V, recorded=recorded))
+    for course, own in zip(explain(both[:1], both[1:], hypotheses=ohm).courses, both, strict=True):
+        assert np.array_equal(course.time_s, own.time_s[own.recorded])
+        assert np.all(np.isfinite(course.residual_V))
+        assert course.judged.all()
+        assert course.judged_ahead.all() == course.held_out
+
+
 @pytest.mark.parametrize(
     ("changed", "why"),
     [({"NUMERICS_V": 3e-3}, "leaves"), ({"ALIKE": 1e3}, "is")],
