@@ -360,10 +360,12 @@ def _place(given: Given, cache: Path) -> Path:
 def _key(given: Given) -> str:
     """Hash of the inputs."""
     told = sha256(write_bpx(given.start.cell, description="").encode())
-    settings = [VERSION, given.start.capacity_C, given.asked_A, given.body, given.only]
-    told.update(repr(settings).encode())
-    for test in (*given.tests, *given.driven, *given.unseen):
-        told.update(f"{test.name} {test.mount}".encode())
-        for values in (test.time_s, test.current_A, test.voltage_V, test.temperature_K):
-            told.update(b"-" if values is None else np.ascontiguousarray(values).tobytes())
+    start = given.start.capacity_C, given.start.initial_soc, given.start.initial_K
+    told.update(repr((VERSION, start, given.asked_A, given.body, given.only)).encode())
+    for group in (given.tests, given.driven, given.unseen):
+        told.update(f"{len(group)} tests".encode())
+        for test in group:
+            told.update(f"{test.name} {test.mount}".encode())
+            for values in (test.time_s, test.current_A, test.voltage_V, test.temperature_K):
+                told.update(b"-" if values is None else np.ascontiguousarray(values).tobytes())
     return told.hexdigest()[:16]

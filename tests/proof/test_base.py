@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from proof.recorded.base import Base, Body, Given, _missed_V, base_of, nearest, without_faster
+from proof.recorded.base import Base, Body, Given, _key, _missed_V, base_of, nearest, without_faster
 from proof.recorded.cooling import cooled, of_mounts
 from proof.recorded.measured import RealTest
 from twin.builtin import load_cell
@@ -93,6 +93,22 @@ def test_what_is_faster_than_the_trial_may_be_left_out_if_something_is_as_fast(
 ) -> None:
     g = given(map(discharge, rates), asked)
     assert [[t.name for t in s.tests] for s in without_faster(g)] == left
+
+
+def test_a_calibration_is_kept_under_all_that_it_is_made_of() -> None:
+    """The same tests in other groups, or a start of another charge, make another one."""
+    slow, fast = discharge(0.1), discharge(1.0)
+    both = given((slow, fast), 2.0)
+    ways = [
+        both,
+        replace(both, tests=(slow,), driven=(fast,)),
+        replace(both, tests=(slow,), unseen=(fast,)),
+        replace(both, start=replace(both.start, initial_soc=0.9)),
+        replace(both, start=replace(both.start, initial_K=290.0)),
+        replace(both, asked_A=3.0),
+    ]
+    assert len({_key(g) for g in ways}) == len(ways)
+    assert _key(given((discharge(0.1), discharge(1.0)), 2.0)) == _key(both)
 
 
 def test_a_fast_pulse_is_not_left_out() -> None:
