@@ -79,6 +79,7 @@ def pack_use(
         heat_transfer_W_m2_K=transfer.value,
         heat_transfer_std_W_m2_K=file.environment.heat_transfer_std_W_m2_K if file else None,
         standard_errors=file.standard_errors if file else {},
+        cell_error_V=1e-3 * ((file.twin.cell_error_mv if file else None) or 0.0),
         effects=effects_of(file),
         mechanics=mechanics_of(file),
         origins={
@@ -105,6 +106,7 @@ def pack_of(use: PackUse, cell: Cell) -> Pack:
         heat_transfer_W_m2_K=use.heat_transfer_W_m2_K if use.cooling_known else None,
         heat_transfer_std_W_m2_K=use.heat_transfer_std_W_m2_K,
         standard_errors=use.standard_errors,
+        cell_error_V=use.cell_error_V,
         effects=use.effects,
         mechanics=use.mechanics,
     )

@@ -55,6 +55,7 @@ class PackUse:
         heat_transfer_W_m2_K: from the cell to the air.
         heat_transfer_std_W_m2_K: its standard error; None if nobody stated one.
         standard_errors: of effects' numbers by reference tests, as in `Pack`.
+        cell_error_V: that the twin is stated to make, as in `Pack`.
         effects: the physical effects that were switched on.
         mechanics: elastic constants, for the effects that need them.
         origins: field -> where its value comes from, in words, for every field that was a choice.
@@ -81,6 +82,7 @@ class PackUse:
     heat_transfer_W_m2_K: float
     heat_transfer_std_W_m2_K: float | None
     standard_errors: Mapping[str, Mapping[str, float]]
+    cell_error_V: float
     effects: tuple[AnyEffect, ...]
     mechanics: Mechanics
     origins: Mapping[str, str]

@@ -84,6 +84,8 @@ class Pack:
         standard_errors: effect -> number -> what reference tests of the cell, or who calibrated
             an instrument, leave open of it, relative where it is searched by its logarithm:
             `twin.mismatch.tested`.
+        cell_error_V: rms by which the twin misses the voltage of one cell in tests that it was not
+            fitted to; 0 where nobody stated it.
         effects: what acts beyond the isothermal P2D model.
         mechanics: elastic constants, for the effects that need them.
         moved: (name, difference) of the kernel's numbers from those of `cell`: another cell that
@@ -100,6 +102,7 @@ class Pack:
     heat_transfer_W_m2_K: float | None = None
     heat_transfer_std_W_m2_K: float | None = None
     standard_errors: Mapping[str, Mapping[str, float]] = field(default_factory=dict)
+    cell_error_V: float = 0.0
     effects: tuple[AnyEffect, ...] = ()
     mechanics: Mechanics = OKANE_2022
     moved: tuple[tuple[str, float], ...] = ()

@@ -57,9 +57,10 @@ class EnvironmentTable(_Table):
 
 
 class TwinTable(_Table):
-    """`[twin]`: which effects are switched on, by id."""
+    """`[twin]`: which effects are switched on, by id, and by how much it errs (`Pack`)."""
 
     physics: tuple[Text, ...] | None = None
+    cell_error_mv: Annotated[float, Field(gt=0.0, le=1000.0)] | None = None
 
 
 class PackFile(_Table):

@@ -247,7 +247,8 @@ def calibrate(**options: object) -> None:
     help="The twin's own error, rms of the pack's voltage in tests it was not fitted to. An effect "
     "has to change the voltage by more to be named; what it leaves, up to twice as much, asks for "
     "no second one; samples far off count by their distance, not by its square, and what is "
-    "probable has to be so in most of the recordings' stretches. Without it: the error of the "
+    "probable has to be so in most of the recordings' stretches. Without it: what the pack file "
+    "states of a cell (twin.cell_error_mv, which `twin calibrate` writes), else the error of the "
     "twin's numerics.",
 )
 @BETWEEN

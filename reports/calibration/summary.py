@@ -8,7 +8,7 @@ from reports.calibration.report import CalibrationReport
 from reports.quantity import fixed
 from reports.section import Notice, Row, Section, Severity
 from twin.calibrate.answer import Estimate, Verdict
-from twin.calibrate.checks import Fitted
+from twin.calibrate.checks import Fitted, error_V
 from twin.calibrate.run import Calibration
 
 AS_NOISE = 1.3  # an error over the noise up to which it is called noise
@@ -127,8 +127,10 @@ def _rows(report: CalibrationReport) -> tuple[Row, ...]:
     rows.append(Row(label="Cell to start from", value=start))
     if held:
         rows.append(_held_out(held))
-    use = f"--pack {report.pack_file}"
-    rows.append(Row(label="To use it", value=use, note="with analyze, or twin replay and age"))
+    use, note = f"--pack {report.pack_file}", "with analyze, or twin replay, age and explain"
+    if math.isfinite(missed_V := error_V(found.fitted)):
+        note += f"; it states that it errs by {fixed(1e3 * missed_V, 1)} mV a cell, by all tests"
+    rows.append(Row(label="To use it", value=use, note=note))
     if found.advice:
         rows.append(Row(label="Further test worth most", value=found.advice[0].name))
     return tuple(rows)

@@ -32,6 +32,7 @@ FILE = parse_pack_file(
     heat_transfer_std_W_m2_K = 4.0
     [twin]
     physics = []
+    cell_error_mv = 12.5
     [standard_errors.solid_diffusion_positive]
     diffusivity_factor = 0.1
     """,
@@ -50,6 +51,7 @@ def test_without_a_pack_file_everything_is_from_the_log_or_stated() -> None:
     assert use.origins["initial_soc"].startswith("from the voltage at rest")
     assert use.effect_ids == ("self_heating",)
     assert pack_of(use, CELL).heat_transfer_W_m2_K is None  # a default states nothing
+    assert pack_of(use, CELL).cell_error_V == 0.0
 
 
 def test_a_capacity_nobody_knows_is_that_of_the_cell_and_said_so() -> None:
@@ -68,6 +70,7 @@ def test_the_pack_file_wins_over_the_log_and_every_key_of_it_counts() -> None:
     assert (use.ambient_K, use.heat_transfer_W_m2_K) == (278.15, 20.0)
     assert pack.heat_transfer_std_W_m2_K == 4.0
     assert pack.standard_errors == {"solid_diffusion_positive": {"diffusivity_factor": 0.1}}
+    assert pack.cell_error_V == 0.0125
     assert pack.heat_transfer_W_m2_K == 20.0  # what is to be expected of a heating not switched on
     assert pack.effects == ()
     assert use.calibrated

@@ -209,6 +209,7 @@ def pack() -> PackUse:
         heat_transfer_W_m2_K=12.0,
         heat_transfer_std_W_m2_K=None,
         standard_errors={},
+        cell_error_V=0.0,
         effects=(SelfHeating(),),
         mechanics=Mechanics(),
         origins={"capacity_C": "parameter in the log", "initial_soc": "from the voltage at rest"},

@@ -8,7 +8,7 @@ import numpy as np
 from twin.mismatch.advice import advise
 from twin.mismatch.choose import ALIKE, Model, models, scale_of
 from twin.mismatch.contradict import contradiction
-from twin.mismatch.decide import LIKELY, Decision, candidates, decide
+from twin.mismatch.decide import LIKELY, NUMERICS_V, Decision, candidates, decide
 from twin.mismatch.finding import Course, Errors, Finding, Span, Verdict
 from twin.mismatch.fit import Data, Fitted
 from twin.mismatch.flight import Flight, FloatArray
@@ -42,7 +42,8 @@ def explain(  # noqa: PLR0913
         fitted: recordings of one pack, each with the twin as configured.
         held_out: others of it, on which all is judged; see `split` if there are none.
         hypotheses: what may be named.
-        slow_V: the twin's own error, see `split`.
+        slow_V: the twin's own error, see `split`; None takes what the packs state of it, where that
+            is more than NUMERICS_V.
         progress: told the ids of each model before it is fitted.
         short: only the SHORT effects that promise most by the linearised twin are fitted, each
             alone.
@@ -50,6 +51,7 @@ def explain(  # noqa: PLR0913
     Raises:
         MismatchError: too little to judge.
     """
+    slow_V = _stated_V(fitted) if slow_V is None else slow_V
     data = split(fitted, held_out, slow_V=slow_V)
     stated = slow_V is not None
     most = {"most_effects": 1, "most_alone": SHORT} if short else {}
@@ -94,6 +96,12 @@ def explain(  # noqa: PLR0913
             *_left_out(data),
         ),
     )
+
+
+def _stated_V(fitted: Sequence[Flight]) -> float | None:
+    """Of the packs, if it is more than the error of the twin's numerics."""
+    packs = [f.pack for f in fitted if f.pack.cell_error_V > NUMERICS_V]
+    return max((p.series * p.cell_error_V for p in packs), default=None)
 
 
 def _stated(slow_V: float | None) -> Iterator[str]:

@@ -87,7 +87,7 @@ def by_calibration(found: Calibration, tests: Sequence[ReferenceTest]) -> Tested
 
     Its error is that of each test by a fit to the others, and no less than a twin misses of a cell.
     """
-    missed_V = [f.held_out_rms_V if f.held_out_rms_V is not None else f.rms_V for f in found.fitted]
+    missed_V = [f.missed_V for f in found.fitted]
     error_V = max(MISSED_V, float(np.sqrt(np.mean(np.square(missed_V)))))
     if not np.isfinite(error_V):
         return {}

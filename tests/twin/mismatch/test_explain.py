@@ -67,6 +67,20 @@ def test_a_start_that_is_off_within_its_tolerance_is_told() -> None:
     assert explain(right[:1], right[1:], hypotheses=gain).remarks == ()
 
 
+def test_the_error_that_a_pack_states_of_its_cells_is_that_of_the_twin() -> None:
+    """5 mOhm of a pack of four: named, unless each of its cells errs by 20 mV."""
+    ohm = [h for h in HYPOTHESES if h.id == "series_resistance"]
+    off = [flown([SeriesResistance(resistance_ohm=0.005)], seed=seed) for seed in (1, 2)]
+    assert explain(off[:1], off[1:], hypotheses=ohm).verdict is Verdict.NAMED
+    told = [replace(f, pack=replace(f.pack, cell_error_V=0.02)) for f in off]
+    found = explain(told[:1], told[1:], hypotheses=ohm)
+    assert found.verdict is Verdict.NONE
+    assert "The twin is stated to err by 80 mV rms" in " ".join(found.remarks)
+    as_asked = explain(off[:1], off[1:], hypotheses=ohm, slow_V=0.08)
+    assert found.candidates == as_asked.candidates
+    assert explain(told[:1], told[1:], hypotheses=ohm, slow_V=0.01).verdict is Verdict.NAMED
+
+
 def test_what_was_added_between_recorded_samples_is_in_no_course() -> None:
     """A load of the bench, every 10 s, is simulated at samples between them without a voltage."""
     ohm = [h for h in HYPOTHESES if h.id == "series_resistance"]
