@@ -8,7 +8,7 @@ from reports.calibration.report import CalibrationReport
 from reports.quantity import fixed
 from reports.section import Notice, Row, Section, Severity
 from twin.calibrate.answer import Estimate, Verdict
-from twin.calibrate.checks import Fitted, error_V
+from twin.calibrate.checks import Fitted, own_error_V
 from twin.calibrate.run import Calibration
 
 AS_NOISE = 1.3  # an error over the noise up to which it is called noise
@@ -128,7 +128,7 @@ def _rows(report: CalibrationReport) -> tuple[Row, ...]:
     if held:
         rows.append(_held_out(held))
     use, note = f"--pack {report.pack_file}", "with analyze, or twin replay, age and explain"
-    if math.isfinite(missed_V := error_V(found.fitted)):
+    if math.isfinite(missed_V := own_error_V(found.fitted)):
         note += f"; it states that it errs by {fixed(1e3 * missed_V, 1)} mV a cell, by all tests"
     rows.append(Row(label="To use it", value=use, note=note))
     if found.advice:

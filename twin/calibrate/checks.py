@@ -55,11 +55,6 @@ class Fitted:
             return None
         return rms(self.measured_V - self.held_out_V)
 
-    @property
-    def missed_V(self) -> float:
-        """Of measured minus predicted without this test; minus simulated where it never was."""
-        return self.rms_V if self.held_out_rms_V is None else self.held_out_rms_V
-
     def rms_by_soc_V(self) -> FloatArray:
         """(SOC_BINS,) from empty to full; NaN where the test has no samples."""
         place = np.clip((self.soc * SOC_BINS).astype(int), 0, SOC_BINS - 1)
@@ -74,15 +69,20 @@ def rms(error: FloatArray) -> float:
     return float(np.sqrt(np.mean(error**2))) if np.isfinite(error).all() else float("inf")
 
 
-def error_V(tests: Sequence[Fitted]) -> float:
+def own_error_V(tests: Sequence[Fitted]) -> float:
     """Rms by which a cell's voltage is missed in tests that it was not fitted to, each alike.
 
     Beyond their noise. Of tests that the others do not predict to their end, or that nobody
     predicted: by the fit. Infinite if a cell does not come to the end of one.
     """
-    missed_V = np.array([f.missed_V if np.isfinite(f.missed_V) else f.rms_V for f in tests])
+    missed_V = np.array([_missed_V(f) for f in tests])
     noise_V = np.array([f.noise_V for f in tests])
     return float(np.sqrt(np.mean(np.maximum(missed_V**2 - noise_V**2, 0.0))))
+
+
+def _missed_V(test: Fitted) -> float:
+    held_out_V = test.held_out_rms_V
+    return test.rms_V if held_out_V is None or np.isinf(held_out_V) else held_out_V
 
 
 def fitted(problem: Problem, q: FloatArray, tests: Sequence[ReferenceTest]) -> tuple[Fitted, ...]:

@@ -18,6 +18,7 @@ from math import hypot
 
 import numpy as np
 
+from twin.calibrate.checks import own_error_V
 from twin.calibrate.out import calibrated_cell
 from twin.calibrate.reference import ReferenceTest
 from twin.calibrate.run import Calibration
@@ -85,11 +86,10 @@ def as_tested(flight: Flight, error_V: float) -> tuple[Flight, Whitener]:
 def by_calibration(found: Calibration, tests: Sequence[ReferenceTest]) -> Tested:
     """The same by the tests of a calibration; nothing if it does not follow one to its end.
 
-    Its error is that of each test by a fit to the others, and no less than a twin misses of a cell.
+    Its error is that of tests it was not fitted to, and no less than a twin misses of a cell.
     """
-    missed_V = [f.missed_V for f in found.fitted]
-    error_V = max(MISSED_V, float(np.sqrt(np.mean(np.square(missed_V)))))
-    if not np.isfinite(error_V):
+    missed_V = max(MISSED_V, own_error_V(found.fitted))
+    if not np.isfinite(missed_V):
         return {}
     numbers = found.numbers
     own: list[AnyEffect] = [SeriesResistance(resistance_ohm=numbers["series_resistance_ohm"])]
@@ -107,7 +107,7 @@ def by_calibration(found: Calibration, tests: Sequence[ReferenceTest]) -> Tested
 
     fitted = set(found.answer.names) - set(found.answer.held)
     both = [(test, started(k)) for k, test in enumerate(tests)]
-    return by_tests(both, error_V, only=fitted)
+    return by_tests(both, missed_V, only=fitted)
 
 
 def _flight(test: ReferenceTest, pack: Pack) -> Flight:

@@ -8,7 +8,7 @@ import pytest
 
 from tests.twin.calibrate.synthetic import NOISE_V, Stage, cell_pack, load_of
 from tests.twin.mismatch.recordings import flown, pack
-from twin.calibrate.checks import error_V
+from twin.calibrate.checks import own_error_V
 from twin.calibrate.out import pack_text
 from twin.calibrate.reference import ReferenceTest
 from twin.calibrate.run import conclude, fit, problem_of
@@ -121,7 +121,7 @@ def test_a_calibration_says_what_its_tests_tell() -> None:
     text = pack_text(replace(found, fitted=tuple(missed_V)), own, new, cell="cell.bpx.json")
     stated_mV = parse_pack_file(text, name="new.toml").twin.cell_error_mv
     assert stated_mV == pytest.approx(5.0, abs=0.3)  # not the noise of the tests
-    assert stated_mV == pytest.approx(1e3 * error_V(missed_V), rel=1e-3)
+    assert stated_mV == pytest.approx(1e3 * own_error_V(missed_V), rel=1e-3)
     ended = [replace(f, simulated_V=np.full_like(f.measured_V, np.nan)) for f in found.fitted]
     assert not by_calibration(replace(found, fitted=tuple(ended)), tests)
     silent = pack_text(replace(found, fitted=tuple(ended)), own, new, cell="cell.bpx.json")
