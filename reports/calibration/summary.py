@@ -129,7 +129,8 @@ def _rows(report: CalibrationReport) -> tuple[Row, ...]:
         rows.append(_held_out(held))
     use, note = f"--pack {report.pack_file}", "with analyze, or twin replay, age and explain"
     if math.isfinite(missed_V := own_error_V(found.fitted)):
-        note += f"; it states that it errs by {fixed(1e3 * missed_V, 1)} mV a cell, by all tests"
+        how = "in tests it was not fitted to" if held else "by the fit alone"
+        note += f"; it states that it errs by {fixed(1e3 * missed_V, 1)} mV a cell {how}"
     rows.append(Row(label="To use it", value=use, note=note))
     if found.advice:
         rows.append(Row(label="Further test worth most", value=found.advice[0].name))
