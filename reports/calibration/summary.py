@@ -8,7 +8,7 @@ from reports.calibration.report import CalibrationReport
 from reports.quantity import fixed
 from reports.section import Notice, Row, Section, Severity
 from twin.calibrate.answer import Estimate, Verdict
-from twin.calibrate.checks import Fitted, own_error_V
+from twin.calibrate.checks import Fitted, stated_error_V
 from twin.calibrate.run import Calibration
 
 AS_NOISE = 1.3  # an error over the noise up to which it is called noise
@@ -128,9 +128,9 @@ def _rows(report: CalibrationReport) -> tuple[Row, ...]:
     if held:
         rows.append(_held_out(held))
     use, note = f"--pack {report.pack_file}", "with analyze, or twin replay, age and explain"
-    if math.isfinite(missed_V := own_error_V(found.fitted)):
-        how = "in tests it was not fitted to" if held else "by the fit alone"
-        note += f"; it states that it errs by {fixed(1e3 * missed_V, 1)} mV a cell {how}"
+    if error_V := stated_error_V(found.fitted):
+        stated = f"errs by {fixed(1e3 * error_V, 1)} mV a cell in tests it was not fitted to"
+        note += f"; it states that it {stated}"
     rows.append(Row(label="To use it", value=use, note=note))
     if found.advice:
         rows.append(Row(label="Further test worth most", value=found.advice[0].name))

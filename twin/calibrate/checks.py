@@ -75,14 +75,23 @@ def own_error_V(tests: Sequence[Fitted]) -> float:
     Beyond their noise. Of tests that the others do not predict to their end, or that nobody
     predicted: by the fit. Infinite if a cell does not come to the end of one.
     """
-    missed_V = np.array([_missed_V(f) for f in tests])
+    both_V = [(f.rms_V, _predicted_V(f)) for f in tests]
+    missed_V = np.array([by_fit_V if by_V is None else by_V for by_fit_V, by_V in both_V])
     noise_V = np.array([f.noise_V for f in tests])
     return float(np.sqrt(np.mean(np.maximum(missed_V**2 - noise_V**2, 0.0))))
 
 
-def _missed_V(test: Fitted) -> float:
-    held_out_V = test.held_out_rms_V
-    return test.rms_V if held_out_V is None or np.isinf(held_out_V) else held_out_V
+def stated_error_V(tests: Sequence[Fitted]) -> float | None:
+    """The same; None where nobody knows it, since no test was predicted, or it is but noise."""
+    error_V = own_error_V(tests)
+    known = any(_predicted_V(f) is not None for f in tests)
+    return error_V if known and 0.0 < error_V < np.inf else None
+
+
+def _predicted_V(test: Fitted) -> float | None:
+    """What the others miss of it; None if nobody asked, or they do not come to its end."""
+    missed_V = test.held_out_rms_V
+    return missed_V if missed_V is not None and np.isfinite(missed_V) else None
 
 
 def fitted(problem: Problem, q: FloatArray, tests: Sequence[ReferenceTest]) -> tuple[Fitted, ...]:

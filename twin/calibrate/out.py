@@ -11,7 +11,7 @@ import numpy.typing as npt
 from twin.bpx_out import scaled, write_bpx
 from twin.bumps import is_bump, settled
 from twin.calibrate.answer import Combination, Estimate
-from twin.calibrate.checks import Fitted, own_error_V
+from twin.calibrate.checks import Fitted, stated_error_V
 from twin.calibrate.objective import Problem
 from twin.calibrate.ocp_correction import Correction
 from twin.calibrate.run import Calibration
@@ -89,8 +89,8 @@ def pack_text(  # noqa: PLR0913
     physics = [id_ for id_ in (e.id for e in pack.effects) if id_ != SeriesResistance.id]
     content["twin"]["physics"] = [*dict.fromkeys(physics), SeriesResistance.id]
     content["twin"].pop("cell_error_mv", None)  # of another calibration
-    if 0.0 < (missed_V := own_error_V(found.fitted)) < np.inf:
-        content["twin"]["cell_error_mv"] = float(f"{1e3 * missed_V:.4g}")
+    if error_V := stated_error_V(found.fitted):
+        content["twin"]["cell_error_mv"] = float(f"{1e3 * error_V:.4g}")
     content["effects"] = content["effects"] | {SeriesResistance.id: {"resistance_ohm": resistance}}
     if TRANSFER in found.numbers:
         (told,) = (e for e in found.answer.estimates if e.name == TRANSFER)
