@@ -27,6 +27,11 @@ BUILT_IN = (
     "The cell of the pack file is a built-in one: what looks like a missing effect may be the "
     "difference between that cell and the pack's own. Calibrate first, with `twin calibrate`."
 )
+UNSTATED = (
+    "Nobody states by how much this twin errs: it is taken for as exact as its numerics, and what "
+    "it errs by may have been given a name. `twin calibrate` to two tests or more writes it into "
+    "the pack file, as twin.cell_error_mv."
+)
 
 
 def mismatch_of(
@@ -64,11 +69,18 @@ def mismatch_of(
     return found.remarked(remarks_of(use, found.verdict))
 
 
-def remarks_of(use: PackUse, verdict: Verdict) -> tuple[str, ...]:
-    """What keeps a finding from being a diagnosis; where nothing is missing none is made."""
+def remarks_of(use: PackUse, verdict: Verdict, *, stated: bool = False) -> tuple[str, ...]:
+    """What keeps a finding from being a diagnosis; where nothing is missing none is made.
+
+    `stated`: the error of the twin is, elsewhere than in the pack file.
+    """
     if use.fitting is not None:
         return (NOT_ITS_TWIN.format(fitted=ITS_VOLTAGE if use.fit else ""),)
-    return () if use.calibrated or verdict is Verdict.NONE else (BUILT_IN,)
+    if verdict is Verdict.NONE:
+        return ()
+    if not use.calibrated:
+        return (BUILT_IN,)
+    return () if stated or use.cell_error_V else (UNSTATED,)
 
 
 def quick(pack: Pack) -> tuple[Hypothesis, ...]:

@@ -241,7 +241,8 @@ def _explained(drawn: Mapping[str, Drawn], fitted: int, floor_mv: float | None) 
 
         found = explain(flights[:fitted], flights[fitted:], slow_V=slow_V, progress=progress)
     first = next(iter(drawn.values()))  # the cell is that of one pack file
-    return found.remarked(remarks_of(first.use, found.verdict))
+    stated = floor_mv is not None
+    return found.remarked(remarks_of(first.use, found.verdict, stated=stated))
 
 
 def _write_verdict(out: Path, finding: Finding) -> None:

@@ -57,7 +57,10 @@ def test_with_a_pack_file_a_cause_is_named(monkeypatch: pytest.MonkeyPatch) -> N
     finding = found(CALIBRATED, flight)
     assert isinstance(finding, Finding)
     assert [e.id for e in finding.effects] == ["series_resistance"]
-    assert finding.remarks == ()
+    (remark,) = finding.remarks
+    assert remark.startswith("Nobody states by how much this twin errs")
+    told = found(replace(CALIBRATED, cell_error_V=1e-4), flight)
+    assert told.remarks == ()
     (remark,) = found(example.pack(), flight).remarks
     assert "difference between that cell and the pack's own" in remark
     assert found(example.pack(), flown(seed=1, seconds=60.0)).remarks == ()  # nothing is missing
