@@ -114,7 +114,7 @@ def sampled(test: ReferenceTest, capacity_C: float) -> Sampled:
     index = np.append(np.concatenate(nodes), last)
     voltage_V, count = local_means(test, index, cuts)
     told = ~test.mixed()[index]
-    start_V, start_sigma_V = _start(test, bounds, capacity_C)
+    start_V, start_sigma_V = _start(test, capacity_C)
     return Sampled(
         name=test.name,
         load=Load(
@@ -225,11 +225,11 @@ def noise_of(test: ReferenceTest) -> float:
     return float(np.median(third) / 0.6745 / np.sqrt(20.0))  # 1 + 9 + 9 + 1
 
 
-def _start(test: ReferenceTest, bounds: list[int], capacity_C: float) -> tuple[float, float]:
+def _start(test: ReferenceTest, capacity_C: float) -> tuple[float, float]:
     """About the open-circuit voltage at the start, and its standard deviation."""
-    lost_V = LOADED_V * float(test.current_A[0]) * 3600 / capacity_C
-    if abs(lost_V) > 0.01 * LOADED_V:
-        return float(test.voltage_V[0]) + lost_V, RESTED_V + abs(lost_V)
-    stop = min(max(bounds[1], 1), START_SAMPLES)
-    rested = ~test.mixed()[:stop]
-    return float(test.voltage_V[:stop][rested].mean()), RESTED_V
+    lost_V = LOADED_V * test.current_A * 3600 / capacity_C
+    flows = np.abs(lost_V) > 0.01 * LOADED_V
+    if flows[0]:
+        return float(test.voltage_V[0] + lost_V[0]), RESTED_V + abs(float(lost_V[0]))
+    rests = ~np.logical_or.accumulate(flows) & ~test.mixed()
+    return float(test.voltage_V[rests][:START_SAMPLES].mean()), RESTED_V

@@ -93,3 +93,14 @@ def test_a_test_that_starts_under_load_tells_its_start_no_better_than_the_loss()
     few = sampled(test, 3.0 * 3600)
     assert abs(few.start_V - (4.02 + 3 * 0.06)) < 2 * few.start_sigma_V
     assert few.start_sigma_V > 0.05
+
+
+@pytest.mark.parametrize("between", Between)
+def test_it_starts_where_it_rests_not_where_a_current_flows(between: Between) -> None:
+    """Two samples of rest, then a load that takes 0.2 V at once."""
+    current_A = np.append(np.zeros(2), np.full(200, 4.0)) * (1.0 + 0.1 * np.sin(np.arange(202.0)))
+    test = ReferenceTest(
+        name="t", time_s=30.0 * np.arange(202.0), current_A=current_A,
+        voltage_V=4.0 - 0.05 * current_A, between=between,
+    )  # fmt: skip
+    assert sampled(test, 3 * 3600.0).start_V == pytest.approx(4.0, abs=1e-6)
