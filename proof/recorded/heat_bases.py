@@ -104,7 +104,7 @@ keeps. With it 4C of the Samsung, fitted, is missed by 16 instead of 51 mV; puls
 Leaf by 3.5, 3.3 and 2.5 instead of 5.0, 4.5 and 3.0."""
 
 
-def _thinner(pack: Pack, factor: float) -> Pack:
+def thinner(pack: Pack, factor: float) -> Pack:
     """With coatings so many times as thick, on the more area."""
     cell = pack.cell
     n, p = (replace(e, thickness_m=factor * e.thickness_m) for e in (cell.negative, cell.positive))
@@ -129,7 +129,7 @@ def _samsung(folder: Path, concealed: Collection[str], cell: str = "S001") -> Gi
     fast = (samsung_test(folder, n, cell) for n in ("2C", "3C", "4C") if n not in concealed)
     tests = (slow, samsung_test(folder, "1C", cell), pulses, *fast)
     return Given(
-        start=_thinner(_scaled(slow), POWER), tests=tests, unseen=unseen, body=SAMSUNG
+        start=thinner(_scaled(slow), POWER), tests=tests, unseen=unseen, body=SAMSUNG
     )  # fmt: skip
 
 
@@ -232,7 +232,7 @@ def _leaf(folder: Path, concealed: Collection[str]) -> Given:
         tests = (given, one, *(held_V(until(test, FLOWN)) for test in others), *fast)
     else:
         tests = (one, given, *fast)
-    start = _thinner(leaf_cell.start_cell(pulses), POWER)
+    start = thinner(leaf_cell.start_cell(pulses), POWER)
     return Given(start=start, tests=tests, unseen=(again,), body=LEAF)
 
 
