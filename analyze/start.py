@@ -6,6 +6,7 @@ import numpy as np
 import numpy.typing as npt
 
 from flightlogs.log import FloatArray
+from flightlogs.quality import resistance
 from flightlogs.recording import Recording
 from reports.flight import PackUse
 from twin.at_rest import open_circuit_V, soc_at_rest
@@ -24,6 +25,7 @@ REST_S = 10.0  # from the first voltage on: later the avionics have drawn charge
 REST_SAMPLES = 3
 BEYOND_V = 0.02  # a cell: what the voltage dividers of autopilots are off by anyway
 QUIET_RATE = 0.005  # C: what a cycler's channel reads at rest
+IDLE_RATE = 0.25  # C: what avionics draw before take-off
 # Of the quantile of all currents that is STRONG: weaker ones may be the noise of a sensor at rest.
 WEAK, STRONG = 0.05, 0.95
 SURE = 3.0  # standard errors of a mean
@@ -203,13 +205,34 @@ def _first_rest(table: LoadTable | None, capacity_C: float) -> Known | None:
     """The voltage at the end of the rest a table begins with; None if it begins with none [V]."""
     if table is None or table.voltage_V is None:
         return None
-    before = _resting(table.current_A, QUIET_RATE * capacity_C / 3600)
+    rated_A = capacity_C / 3600
+    before = _resting(table.current_A, QUIET_RATE * rated_A)
     known = np.flatnonzero(np.isfinite(table.voltage_V[:before]))
     if not known.size:
-        return None
+        return _idling(table.time_s, table.current_A, table.voltage_V, IDLE_RATE * rated_A)
     last = known[table.time_s[known] >= table.time_s[known[-1]] - LAST_S]
     value = float(np.mean(table.voltage_V[last]))
     return Known(value=value, origin="from the voltage at rest at the start")
+
+
+def _idling(
+    time_s: FloatArray, current_A: FloatArray, voltage_V: FloatArray, most_A: float
+) -> Known | None:
+    """As `rest_voltage` of a log: before take-off avionics draw `most_A` at most (median).
+
+    Of the first REST_S; None where a load is drawn at once, or the voltage does not follow it.
+    """
+    size_A = np.abs(current_A)
+    idle = np.isfinite(voltage_V)
+    idle[_before(size_A > REST_SHARE * float(np.quantile(size_A, STRONG))) :] = False
+    idle &= time_s <= time_s[int(np.argmax(idle))] + REST_S
+    slope = resistance(time_s, current_A, voltage_V)
+    if np.count_nonzero(idle) < REST_SAMPLES or slope is None:
+        return None
+    if abs(_median(current_A[idle])) > most_A:
+        return None
+    value = _median(voltage_V[idle] + slope.ohm * current_A[idle])
+    return Known(value=value, origin="from the voltage at the start, where hardly a current flows")
 
 
 def _resting(current_A: FloatArray, quiet_A: float) -> int:

@@ -170,7 +170,8 @@ def _drawn(
     with refusing():
         drawn = read_drawn(ask, choice)
     check_voltage(drawn)
-    return replace(drawn, doubts=(*drawn.doubts, *_warmer(drawn, choice)))
+    doubts = (*drawn.doubts, *_warmer(drawn, choice), *_fuller(drawn))
+    return replace(drawn, doubts=doubts)
 
 
 def _between(path: Path, request: Request) -> str | None:
@@ -209,6 +210,17 @@ def _warmer(drawn: Drawn, choice: PackChoice) -> tuple[str, ...]:
     return (
         f"The pack started at {measured_C:.1f} °C, as was measured, not at the {stated_C:g} °C "
         "of the pack file: what is measured is taken.",
+    )
+
+
+def _fuller(drawn: Drawn) -> tuple[str, ...]:
+    """What is doubtful in how full the pack was."""
+    if drawn.use.soc_known:
+        return ()
+    return (
+        f"How full the pack was at the start: {drawn.use.origins['initial_soc']}. Where that is "
+        "wrong the verdict is of the start: tell start.soc in the pack file, or give a recording "
+        "that begins at rest",
     )
 
 

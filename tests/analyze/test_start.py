@@ -174,11 +174,18 @@ def test_a_pack_file_that_begins_with_a_byte_order_mark_is_read(tmp_path: Path) 
     assert marked == plain
 
 
-@pytest.mark.parametrize(("idle_A", "at_rest"), [(0.0, True), (0.4, False)])
-def test_noise_of_a_sensor_at_rest_is_no_load(idle_A: float, at_rest: bool) -> None:  # noqa: FBT001
-    """A first sample of 0.1 A was one, and the pack was taken to be full."""
+@pytest.mark.parametrize(
+    ("idle_A", "noise_A", "at_rest"),
+    [(0.0, 0.1, True), (0.4, 0.1, True), (0.3, 0.4, True), (1.5, 0.1, False)],
+)
+def test_noise_of_a_sensor_and_avionics_are_no_load(
+    idle_A: float,
+    noise_A: float,
+    at_rest: bool,  # noqa: FBT001
+) -> None:
+    """By either the pack was taken to be full. A bench's weak current is one."""
     random, t = np.random.default_rng(4), np.arange(0.0, 60.0, 0.1)
-    current_A = np.where(t < 5.0, idle_A, 10.0) + random.normal(0.0, 0.1, t.size)
+    current_A = np.where(t < 5.0, idle_A, 10.0) + random.normal(0.0, noise_A, t.size)
     voltage_V = 16.4 - 0.02 * current_A + random.normal(0.0, 5e-3, t.size)
     table = LoadTable(time_s=t, current_A=current_A, voltage_V=voltage_V)
     file = replace_series(4)

@@ -100,6 +100,16 @@ def test_the_verdict_is_whole_before_what_is_revealed_is_opened_and_stays(tmp_pa
     assert not (tmp_path / "out" / "reveal.json").exists()
 
 
+def test_a_start_that_nobody_tells_is_owned_up_to(tmp_path: Path) -> None:
+    """Cut off where it flies, a recording has no voltage at rest."""
+    log = put(tmp_path, "a.csv", 1, heated=False)
+    head, *rows = log.read_text(encoding="utf-8").splitlines()
+    log.write_text("\n".join([head, *rows[600:]]), encoding="utf-8")
+    told, untold = (call(tmp_path, log, pack_text=t) for t in (PACK, PACK.replace("soc = 1.0", "")))
+    assert "How full the pack was" not in told.output
+    assert "doubtful a.csv: How full the pack was at the start: not known" in untold.output
+
+
 def test_a_reveal_that_cannot_be_read_takes_neither_verdict_nor_page(tmp_path: Path) -> None:
     log = put(tmp_path, "a.csv", 1)
     (tmp_path / "bad").write_text("time_s,temperature_c\n0,x\n1,2\n", encoding="utf-8")
