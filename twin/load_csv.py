@@ -12,6 +12,7 @@ from twin.calibrate.table import (
     QUANTITIES,
     CalibrationError,
     Place,
+    asked_for,
     cell_columns,
     column_of,
 )
@@ -73,10 +74,8 @@ def read_load_csv(stream: TextIO, *, name: str) -> LoadTable:
     places = _places(header, of_cells)
     for ours in ("time_s", "current_A"):
         if ours not in places:
-            units = " or ".join(QUANTITIES[ours][1])
             raise LoadError(
-                f"{name}: no column {ours!r}, nor another with quantity and unit ({units}) in its "
-                f"header, such as 'Current / A'; the first line has {header}"
+                f"{name}: no column {ours!r}, nor another with {asked_for(ours, header)}"
             )
     return _table(lines, places, of_cells, name)
 

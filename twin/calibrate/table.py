@@ -23,6 +23,7 @@ QUANTITIES: Mapping[str, tuple[str, Mapping[str, tuple[float, float]]]] = {
     "temperature_K": (r"temp", {"k": (1.0, 0.0), "c": (1.0, 273.15)}),
     "ambient_K": (r"temp", {"k": (1.0, 0.0), "c": (1.0, 273.15)}),
 }  # fmt: skip
+EXAMPLES = {"time_s": "Time / s", "current_A": "Current / A", "voltage_V": "Voltage / V"}
 LONG_UNITS = {
     "sec": "s", "second": "s", "seconds": "s", "hours": "h", "hour": "h", "minutes": "min",
     "amps": "a", "ampere": "a", "volt": "v", "volts": "v", "degc": "c", "°c": "c", "celsius": "c",
@@ -86,10 +87,8 @@ def read_test(stream: TextIO, *, name: str) -> MeasuredTable:
         places["voltage_V"] = of_cells[0]  # until the sum is known
     for quantity, place in places.items():
         if place is None and quantity not in OPTIONAL:
-            units = " or ".join(QUANTITIES[quantity][1])
             raise CalibrationError(
-                f"{name}: no column for {quantity}: expected a header with quantity and unit "
-                f"({units}), such as 'Current / A'; the first line has {header}"
+                f"{name}: no column for {quantity}: expected one with {asked_for(quantity, header)}"
             )
     summed = bool(of_cells) and places["voltage_V"] == of_cells[0]
     taken = {q: place for q, place in places.items() if place is not None}
@@ -129,6 +128,17 @@ def csv_lines(stream: TextIO, *, name: str) -> Iterator[tuple[int, list[str]]]:
             yield rows.line_num, row
     except csv.Error as e:
         raise CalibrationError(f"{name}, line {rows.line_num}: no CSV: {e}") from e
+
+
+def asked_for(quantity: str, header: Sequence[str]) -> str:
+    """What a `header` without a column for one of EXAMPLES should have had, in words."""
+    units = " or ".join(QUANTITIES[quantity][1])
+    whole = len(header) == 1 and re.search(r"[;\t|]", header[0])
+    parted = ": columns have to be parted by commas" if whole else ""
+    return (
+        f"quantity and unit ({units}) in its header, such as {EXAMPLES[quantity]!r}; "
+        f"the first line has {header}{parted}"
+    )
 
 
 def column_of(header: Sequence[str], quantity: str) -> Place | None:
