@@ -22,6 +22,8 @@ def renewed(table: LoadTable) -> LoadTable:
     if table.voltage_V is None or table.time_s.size < LEAST_LINES:
         return table
     loaded = np.abs(table.current_A[1:]) > LOADED * np.median(np.abs(table.current_A))
+    if not loaded.any():
+        return table
     same = [np.diff(x) == 0.0 for x in (table.current_A, table.voltage_V)]
     both = same[0] & same[1]
     current, voltage = (x[loaded] for x in same)

@@ -170,7 +170,7 @@ def _drawn(
     with refusing():
         drawn = read_drawn(ask, choice)
     check_voltage(drawn)
-    doubts = (*drawn.doubts, *_warmer(drawn, choice), *_fuller(drawn))
+    doubts = (*drawn.doubts, *_warmer(drawn, choice), *_start_and_current(drawn))
     return replace(drawn, doubts=doubts)
 
 
@@ -213,8 +213,10 @@ def _warmer(drawn: Drawn, choice: PackChoice) -> tuple[str, ...]:
     )
 
 
-def _fuller(drawn: Drawn) -> tuple[str, ...]:
-    """What is doubtful in how full the pack was."""
+def _start_and_current(drawn: Drawn) -> tuple[str, ...]:
+    """What is doubtful in how full the pack was, and in what it drew."""
+    if not drawn.load.current_A.any():
+        return ("The current is zero throughout: is the right column taken for it?",)
     if drawn.use.soc_known:
         return ()
     return (

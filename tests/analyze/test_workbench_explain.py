@@ -110,6 +110,16 @@ def test_a_start_that_nobody_tells_is_owned_up_to(tmp_path: Path) -> None:
     assert "doubtful a.csv: How full the pack was at the start: not known" in untold.output
 
 
+def test_a_current_that_never_flows_is_owned_up_to(tmp_path: Path) -> None:
+    log = put(tmp_path, "a.csv", 1, heated=False)
+    head, *rows = (row.split(",") for row in log.read_text(encoding="utf-8").splitlines())
+    text = "\n".join(",".join(row) for row in [head, *([t, "0", v] for t, _, v in rows)])
+    log.write_text(text, encoding="utf-8")
+    result = call(tmp_path, log)
+    assert result.exit_code == 0, result.exc_info
+    assert "doubtful a.csv: The current is zero throughout" in result.output
+
+
 def test_a_reveal_that_cannot_be_read_takes_neither_verdict_nor_page(tmp_path: Path) -> None:
     log = put(tmp_path, "a.csv", 1)
     (tmp_path / "bad").write_text("time_s,temperature_c\n0,x\n1,2\n", encoding="utf-8")
