@@ -218,9 +218,10 @@ def _first_rest(table: LoadTable | None, capacity_C: float) -> Known | None:
 def _idling(
     time_s: FloatArray, current_A: FloatArray, voltage_V: FloatArray, most_A: float
 ) -> Known | None:
-    """As `rest_voltage` of a log: before take-off avionics draw `most_A` at most (median).
+    """As `rest_voltage` of a log [V]: before take-off avionics draw little. Columns are (n,).
 
-    Of the first REST_S; None where a load is drawn at once, or the voltage does not follow it.
+    Of the first REST_S, no more than `most_A` (median), brought to zero current. None where a load
+    is drawn at once, or the voltage does not follow the current.
     """
     size_A = np.abs(current_A)
     idle = np.isfinite(voltage_V)

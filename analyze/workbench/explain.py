@@ -170,7 +170,7 @@ def _drawn(
     with refusing():
         drawn = read_drawn(ask, choice)
     check_voltage(drawn)
-    doubts = (*drawn.doubts, *_warmer(drawn, choice), *_start_and_current(drawn))
+    doubts = (*drawn.doubts, *_warmer(drawn, choice), *_start_untold(drawn), *_no_current(drawn))
     return replace(drawn, doubts=doubts)
 
 
@@ -213,17 +213,22 @@ def _warmer(drawn: Drawn, choice: PackChoice) -> tuple[str, ...]:
     )
 
 
-def _start_and_current(drawn: Drawn) -> tuple[str, ...]:
-    """What is doubtful in how full the pack was, and in what it drew."""
-    if not drawn.load.current_A.any():
-        return ("The current is zero throughout: is the right column taken for it?",)
+def _start_untold(drawn: Drawn) -> tuple[str, ...]:
+    """That nothing tells how full the pack was."""
     if drawn.use.soc_known:
         return ()
     return (
         f"How full the pack was at the start: {drawn.use.origins['initial_soc']}. Where that is "
         "wrong the verdict is of the start: tell start.soc in the pack file, or give a recording "
-        "that begins at rest",
+        "that begins at rest.",
     )
+
+
+def _no_current(drawn: Drawn) -> tuple[str, ...]:
+    """That the pack never drew any."""
+    if drawn.load.current_A.any():
+        return ()
+    return ("The current is zero throughout: is the right column taken for it?",)
 
 
 def flight_of(drawn: Drawn, name: str) -> Flight:
