@@ -192,12 +192,7 @@ def rest_voltage(recording: Recording) -> Known | None:
             value=_median(unloaded[idle]), origin="from the voltage at rest before take-off"
         )
     if np.count_nonzero(early) >= REST_SAMPLES and slope is not None:
-        return Known(
-            value=_median(unloaded[early]),
-            origin="no rest in the log: from the voltage under load, brought to zero current "
-            "with the slope of voltage on current, which puts it too low rather than too high",
-            known=False,
-        )
+        return _under_load(unloaded[early])
     return None
 
 
@@ -209,7 +204,8 @@ def _first_rest(table: LoadTable | None, capacity_C: float) -> Known | None:
     before = _resting(table.current_A, QUIET_RATE * rated_A)
     known = np.flatnonzero(np.isfinite(table.voltage_V[:before]))
     if not known.size:
-        return _idling(table.time_s, table.current_A, table.voltage_V, IDLE_RATE * rated_A)
+        columns = table.time_s, table.current_A, table.voltage_V
+        return _idling(*columns, IDLE_RATE * rated_A) or _loaded(*columns)
     last = known[table.time_s[known] >= table.time_s[known[-1]] - LAST_S]
     value = float(np.mean(table.voltage_V[last]))
     return Known(value=value, origin="from the voltage at rest at the start")
@@ -234,6 +230,25 @@ def _idling(
         return None
     value = _median(voltage_V[idle] + slope.ohm * current_A[idle])
     return Known(value=value, origin="from the voltage at the start, where hardly a current flows")
+
+
+def _loaded(time_s: FloatArray, current_A: FloatArray, voltage_V: FloatArray) -> Known | None:
+    """As `rest_voltage` of a log without a rest [V]. Columns are (n,)."""
+    early = np.isfinite(voltage_V)
+    early &= time_s <= time_s[int(np.argmax(early))] + REST_S
+    slope = resistance(time_s, current_A, voltage_V)
+    if np.count_nonzero(early) < REST_SAMPLES or slope is None:
+        return None
+    return _under_load(voltage_V[early] + slope.ohm * current_A[early])
+
+
+def _under_load(unloaded_V: FloatArray) -> Known:
+    return Known(
+        value=_median(unloaded_V),
+        origin="no rest in it: from the voltage under load, brought to zero current with the slope "
+        "of voltage on current, which puts it too low rather than too high",
+        known=False,
+    )
 
 
 def _resting(current_A: FloatArray, quiet_A: float) -> int:

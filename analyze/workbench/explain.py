@@ -15,7 +15,7 @@ import numpy as np
 
 from analyze.checks import WrongUse, checked_pack, is_log, writable
 from analyze.conceal import Channel
-from analyze.mismatching import remarks_of
+from analyze.mismatching import remarks_of, start_std
 from analyze.names import printable
 from analyze.pack_choice import PackChoice
 from analyze.workbench.drawn import Ask, Drawn, read_drawn, refusing
@@ -96,6 +96,7 @@ def run(request: Request) -> int:
         finding = _explained(drawn, len(request.sources), request.floor_mv)
         _write_verdict(request.out, finding)
     print_finding(finding)
+    drawn = _started(drawn, finding)
     adopted = _adopted(request, choice, finding)
     revealed: tuple[Revealed, ...] = ()
     try:
@@ -170,7 +171,7 @@ def _drawn(
     with refusing():
         drawn = read_drawn(ask, choice)
     check_voltage(drawn)
-    doubts = (*drawn.doubts, *_warmer(drawn, choice), *_start_untold(drawn), *_no_current(drawn))
+    doubts = (*drawn.doubts, *_warmer(drawn, choice), *_no_current(drawn))
     return replace(drawn, doubts=doubts)
 
 
@@ -213,17 +214,6 @@ def _warmer(drawn: Drawn, choice: PackChoice) -> tuple[str, ...]:
     )
 
 
-def _start_untold(drawn: Drawn) -> tuple[str, ...]:
-    """That nothing tells how full the pack was."""
-    if drawn.use.soc_known:
-        return ()
-    return (
-        f"How full the pack was at the start: {drawn.use.origins['initial_soc']}. Where that is "
-        "wrong the verdict is of the start: tell start.soc in the pack file, or give a recording "
-        "that begins at rest.",
-    )
-
-
 def _no_current(drawn: Drawn) -> tuple[str, ...]:
     """That the pack never drew any."""
     if drawn.load.current_A.any():
@@ -243,6 +233,7 @@ def flight_of(drawn: Drawn, name: str) -> Flight:
         temperature_K=drawn.temperature_K,
         cell_voltage_V=drawn.cell_voltage_V,
         recorded=drawn.recorded,
+        start_std=start_std(drawn.use),
     )
 
 
@@ -262,6 +253,16 @@ def _explained(drawn: Mapping[str, Drawn], fitted: int, floor_mv: float | None) 
     first = next(iter(drawn.values()))  # the cell is that of one pack file
     stated = floor_mv is not None
     return found.remarked(remarks_of(first.use, found.verdict, stated=stated))
+
+
+def _started(drawn: Mapping[str, Drawn], finding: Finding) -> Mapping[str, Drawn]:
+    """Packs as full as was found where nothing had told it."""
+    return {
+        name: replace(d, pack=replace(d.pack, initial_soc=finding.starts[name]))
+        if name in finding.starts
+        else d
+        for name, d in drawn.items()
+    }
 
 
 def _write_verdict(out: Path, finding: Finding) -> None:

@@ -127,7 +127,7 @@ def test_a_log_that_starts_in_the_air_is_said_to_have_no_rest() -> None:
     known = rest_voltage(recorded(np.full(example.T.size, 20.0), 16.2, 0.03))
     assert known is not None
     assert known.value == pytest.approx(16.2)
-    assert "no rest in the log" in known.origin
+    assert "no rest in it" in known.origin
 
 
 def test_a_voltage_the_cell_cannot_have_is_owned_up_to() -> None:
@@ -174,6 +174,19 @@ def test_a_pack_file_that_begins_with_a_byte_order_mark_is_read(tmp_path: Path) 
     assert marked == plain
 
 
+def test_a_table_that_begins_in_flight_tells_about_how_full_the_pack_was() -> None:
+    """As a log does: by the voltage under load and its slope on the current."""
+    random, t = np.random.default_rng(4), np.arange(0.0, 60.0, 0.1)
+    current_A = 10.0 + 3.0 * np.sin(t) + random.normal(0.0, 0.5, t.size)
+    table = LoadTable(time_s=t, current_A=current_A, voltage_V=15.6 - 0.02 * current_A)
+    file = replace_series(4)
+    start = file.start.model_copy(update={"soc": None})
+    use = pack_use(None, file.model_copy(update={"start": start}), CELL, builtin=True, table=table)
+    assert not use.soc_known
+    assert "no rest in it" in use.origins["initial_soc"]
+    assert 4 * open_circuit_V(CELL, use.initial_soc) == pytest.approx(15.6, abs=0.02)
+
+
 @pytest.mark.parametrize(
     ("idle_A", "noise_A", "at_rest"),
     [(0.0, 0.1, True), (0.4, 0.1, True), (0.3, 0.4, True), (1.5, 0.1, False)],
@@ -191,7 +204,7 @@ def test_noise_of_a_sensor_and_avionics_are_no_load(
     file = replace_series(4)
     start = file.start.model_copy(update={"soc": None})
     use = pack_use(None, file.model_copy(update={"start": start}), CELL, builtin=True, table=table)
-    assert use.soc_by_rest is at_rest
+    assert use.soc_known is at_rest
     if at_rest:
         full = 4 * open_circuit_V(CELL, use.initial_soc)
         assert full == pytest.approx(16.4, abs=5e-3)

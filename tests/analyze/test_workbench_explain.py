@@ -106,8 +106,26 @@ def test_a_start_that_nobody_tells_is_owned_up_to(tmp_path: Path) -> None:
     head, *rows = log.read_text(encoding="utf-8").splitlines()
     log.write_text("\n".join([head, *rows[600:]]), encoding="utf-8")
     told, untold = (call(tmp_path, log, pack_text=t) for t in (PACK, PACK.replace("soc = 1.0", "")))
-    assert "How full the pack was" not in told.output
-    assert "doubtful a.csv: How full the pack was at the start: not known" in untold.output
+    assert "nothing tells how full" not in told.output
+    assert "verdict  unknown" in told.output  # it was not full any more
+    assert "verdict  none" in untold.output
+    (said,) = re.findall(r"a.csv: nothing tells how full .*: ([0-9.]+)% by a fit", untold.output)
+    flight = flown(seed=1)
+    left = 100 * (1.0 - flight.load.drawn_C()[600] / flight.pack.rated_C)
+    assert float(said) == pytest.approx(left, abs=0.5)
+
+
+def test_what_is_revealed_is_predicted_from_the_start_that_was_found(tmp_path: Path) -> None:
+    log = put(tmp_path, "a.csv", 1, heated=False)
+    head, *rows = log.read_text(encoding="utf-8").splitlines()
+    log.write_text("\n".join([head, *rows[600:]]), encoding="utf-8")
+    cells = [f"{t},{float(v) / 4}" for t, _, v in (row.split(",") for row in rows[600:])]
+    hidden = tmp_path / "a.hidden"
+    hidden.write_text("\n".join(["time_s,cell_1_v", *cells]), encoding="utf-8")
+    text = PACK.replace("soc = 1.0", "")
+    assert call(tmp_path, log, "--reveal", hidden, pack_text=text).exit_code == 0
+    (cell,) = json.loads((tmp_path / "out" / "reveal.json").read_text())["channels"]
+    assert cell["rmse_before"] < 10.0  # mV; from a full pack it is far off
 
 
 def test_a_current_that_never_flows_is_owned_up_to(tmp_path: Path) -> None:

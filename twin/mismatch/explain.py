@@ -11,17 +11,17 @@ from twin.mismatch.contradict import contradiction
 from twin.mismatch.decide import LIKELY, NUMERICS_V, Decision, candidates, decide
 from twin.mismatch.finding import Course, Errors, Finding, Span, Verdict
 from twin.mismatch.fit import Data, Fitted
-from twin.mismatch.flight import Flight, FloatArray
+from twin.mismatch.flight import START_SOC, Flight, FloatArray
 from twin.mismatch.hypothesis import HYPOTHESES, Hypothesis
 from twin.mismatch.left import never_full
 from twin.mismatch.locate import Judged, drivers, shared, spans, terms
 from twin.mismatch.noise import Whitener
 from twin.mismatch.parts import parts
 from twin.mismatch.pauses import pauses
-from twin.mismatch.problem import START_SOC
 from twin.mismatch.quantities import quantities
 from twin.mismatch.search import again, search
 from twin.mismatch.split import counted, sharpened, split
+from twin.mismatch.started import started, starts_of
 from twin.simulate import simulate
 
 SHOWN_DRIVERS = 5
@@ -52,6 +52,7 @@ def explain(  # noqa: PLR0913
         MismatchError: too little to judge.
     """
     slow_V = _stated_V(fitted) if slow_V is None else slow_V
+    fitted, held_out = ([started(f) for f in own] for own in (fitted, held_out))
     data = split(fitted, held_out, slow_V=slow_V)
     stated = slow_V is not None
     most = {"most_effects": 1, "most_alone": SHORT} if short else {}
@@ -86,8 +87,10 @@ def explain(  # noqa: PLR0913
         candidates=candidates(found),
         advice=_advice(decision, data.noise_V),
         courses=_courses(data, best),
+        starts=starts_of(best),
         remarks=(
             *remarks,
+            *_untold(best),
             *_stated(slow_V),
             *(_of_none(found[0], null) if decision.verdict is Verdict.NONE else ()),
             *_noisy(data),
@@ -177,6 +180,16 @@ def _of_none(likeliest: Model, null: Model) -> Iterator[str]:
         yield f"{says}, so it is not named"
 
 
+def _untold(best: Fitted) -> Iterator[str]:
+    """Of recordings whose start nothing tells."""
+    for name, soc in starts_of(best).items():
+        yield (
+            f"{name}: nothing tells how full the pack was at the start: {soc:.1%} by a fit, and "
+            "what moves the voltage as another start would cannot be told from that. Tell "
+            "start.soc in the pack file, or give a recording that begins at rest"
+        )
+
+
 def _starts(null: Fitted) -> tuple[str, ...]:
     """Of recordings in which nothing is missing but that they start off by more than usual."""
     return tuple(
@@ -184,7 +197,7 @@ def _starts(null: Fitted) -> tuple[str, ...]:
         f"charge at its start than stated, {abs(times):.1f} times what a start is usually off; "
         "with that nothing else is missing"
         for flight, times in zip(null.problem.flights, null.q.tolist(), strict=True)
-        if abs(times) > FAR
+        if flight.start_told and abs(times) > FAR
     )
 
 

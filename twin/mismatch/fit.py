@@ -87,7 +87,9 @@ class Fitted:
         judge: of the held-out ones.
         q: (k,) coordinates in `problem`.
         there: residuals and slopes of the fitted recordings at q.
-        ahead: of the held-out ones, where starts are as configured.
+        ahead_q: (k,) coordinates in `judge`: the same numbers; starts that were not fitted as
+            configured, those that nobody told at their best.
+        ahead: of the held-out ones, there.
         kept: share of what the linearised twin says that the held-out ones would gain by numbers
             of their own, within the errors of these, which they do gain.
     """
@@ -96,6 +98,7 @@ class Fitted:
     judge: Problem
     q: FloatArray
     there: Evidence
+    ahead_q: FloatArray
     ahead: Evidence
     kept: float = 1.0
 
@@ -139,7 +142,8 @@ class Fitted:
         """Residuals held out, each recording's start at its best within its tolerance."""
         r, own = self.ahead.residuals, self.ahead.slopes[:, self._shared :]
         inner = np.eye(own.shape[1]) + own.T @ own
-        return np.asarray(r - own @ np.linalg.solve(inner, own.T @ r))
+        pulled = own.T @ r + self.ahead_q[self._shared :]
+        return np.asarray(r - own @ np.linalg.solve(inner, pulled))
 
     @property
     def _shared(self) -> int:
@@ -159,8 +163,9 @@ class Fitted:
     def _log_ahead(self, scale: float) -> float:
         """Of what was held out, by the posterior of the numbers; its own starts by their prior."""
         before, after, pulled = self._pulled(scale)
-        r, j = self.ahead.residuals, self.ahead.slopes
+        r, j, off = self.ahead.residuals, self.ahead.slopes, self._off
         size = (float(r @ r) + self.kept * float(r @ j @ pulled)) / scale
+        size += float(off @ off) + self.kept * float(off @ pulled)
         dets = [float(np.linalg.slogdet(m)[1]) for m in (after, before)]
         return -0.5 * (size + dets[0] - dets[1])
 
@@ -171,7 +176,12 @@ class Fitted:
         before = np.eye(j.shape[1])
         before[:shared, :shared] = np.linalg.inv(self.covariance(scale)[:shared, :shared])
         after = before + j.T @ j / scale
-        return before, after, np.asarray(-np.linalg.solve(after, j.T @ r / scale))
+        return before, after, np.asarray(-np.linalg.solve(after, j.T @ r / scale + self._off))
+
+    @property
+    def _off(self) -> FloatArray:
+        """(k,) by which starts held out are off their prior; the numbers are where they are."""
+        return np.append(np.zeros(self._shared), self.ahead_q[self._shared :])
 
     def verified(self) -> "Fitted":
         """With `kept`, where much is promised: beyond a bound or a bend there is nothing to gain.
@@ -180,12 +190,12 @@ class Fitted:
         a current, be it early or late.
         """
         before, _, pulled = self._pulled(1.0)
-        r = self.ahead.residuals
-        promised = -float(r @ self.ahead.slopes @ pulled)
+        r, off = self.ahead.residuals, self._off
+        promised = -float(r @ self.ahead.slopes @ pulled + off @ pulled)
         if promised < LITTLE:
             return self
         there = np.concatenate(self.judge.whitened([self.ahead_q + pulled])[0])
-        gained = float(r @ r - there @ there - pulled @ before @ pulled)
+        gained = float(r @ r - there @ there - (2.0 * off + pulled @ before) @ pulled)
         return replace(self, kept=min(max(gained / promised, 0.0), 1.0))
 
     def covariance(self, scale: float) -> FloatArray:
@@ -207,11 +217,6 @@ class Fitted:
         both = ((self.problem, self.q), (self.judge, self.ahead_q))
         fitted, ahead = ([p.pack(q, k) for k in range(len(p.flights))] for p, q in both)
         return fitted, ahead
-
-    @property
-    def ahead_q(self) -> FloatArray:
-        """Coordinates in `judge`: the same numbers; starts that were not fitted as configured."""
-        return _carried(self.q, self.problem, self.judge)
 
 
 def fit(
@@ -262,12 +267,14 @@ def _descended(problem: Problem, judge: Problem, starts: Sequence[FloatArray]) -
                 break
         been += own
     best_q = min(been, key=lambda p: p.cost).q
+    ahead_q = _ahead(best_q, problem, judge)
     return Fitted(
         problem=problem,
         judge=judge,
         q=best_q,
         there=problem.evidence(best_q),
-        ahead=judge.evidence(_carried(best_q, problem, judge)),
+        ahead_q=ahead_q,
+        ahead=judge.evidence(ahead_q),
     ).verified()
 
 
@@ -283,7 +290,40 @@ def excess_of(residuals: FloatArray) -> float:
     return float(np.mean(residuals**2)) * correlation_time(residuals)
 
 
-def _carried(q: FloatArray, of: Problem, to: Problem) -> FloatArray:
+def _ahead(q: FloatArray, of: Problem, to: Problem) -> FloatArray:
+    """(k,) see `Fitted.ahead_q`."""
     shared = q.size - len(of.flights)
     starts = dict(zip((f.name for f in of.flights), q[shared:].tolist(), strict=True))
-    return np.append(q[:shared], [starts.get(f.name, 0.0) for f in to.flights])
+    carried = np.append(q[:shared], [starts.get(f.name, 0.0) for f in to.flights])
+    own = [shared + k for k, f in enumerate(to.flights) if not (f.start_told or f.name in starts)]
+    if not own:
+        return carried
+    *_, best = polish(_Some(to, carried, own), carried[own], small_gain=SMALL_GAIN)
+    carried[own] = best.q
+    return carried
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Some:
+    """Some coordinates of a problem, the others held at q (k,)."""
+
+    problem: Problem
+    q: FloatArray
+    own: Sequence[int]
+
+    @property
+    def bounds(self) -> tuple[FloatArray, FloatArray]:
+        low, high = self.problem.bounds
+        return low[self.own], high[self.own]
+
+    def linearised(self, own_q: FloatArray) -> tuple[FloatArray, FloatArray]:
+        residuals, slopes = self.problem.linearised(self._at(own_q))
+        return residuals, slopes[:, self.own]
+
+    def cost(self, own_q: FloatArray) -> float:
+        return self.problem.cost(self._at(own_q))
+
+    def _at(self, own_q: FloatArray) -> FloatArray:
+        out = self.q.copy()
+        out[self.own] = own_q
+        return out

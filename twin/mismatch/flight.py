@@ -12,6 +12,8 @@ FloatArray = npt.NDArray[np.float64]
 BoolArray = npt.NDArray[np.bool_]
 
 
+START_SOC = 0.002
+"""Tolerance of a state of charge at the start that is known, standard deviation."""
 OF_SAMPLES = ("voltage_V", "judged", "motion", "temperature_K", "cell_voltage_V", "recorded")
 
 
@@ -33,6 +35,8 @@ class Flight:
         temperature_K: (n,) of the pack, NaN where it was not measured; None if it never was.
         cell_voltage_V: (n, cells) likewise.
         recorded: (n,) which samples of the load were recorded; None if none were added between.
+        start_std: of the state of charge at the start, standard deviation: see `started.UNTOLD`
+            where nothing tells it.
     """
 
     name: str
@@ -44,6 +48,7 @@ class Flight:
     temperature_K: FloatArray | None = None
     cell_voltage_V: FloatArray | None = None
     recorded: BoolArray | None = None
+    start_std: float = START_SOC
 
     def __post_init__(self) -> None:
         for name in OF_SAMPLES:
@@ -53,6 +58,11 @@ class Flight:
                     f"{self.name}: {name} {values.shape}, load {self.load.time_s.shape}"
                 )
         object.__setattr__(self, "judged", self.judged & np.isfinite(self.voltage_V))
+
+    @property
+    def start_told(self) -> bool:
+        """How full the pack was is more than an assumption."""
+        return self.start_std <= START_SOC
 
     @property
     def time_s(self) -> FloatArray:

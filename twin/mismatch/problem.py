@@ -28,8 +28,6 @@ FloatArray = npt.NDArray[np.float64]
 
 AT_ONCE = LANES * (os.cpu_count() or 1)
 """Simulations whose whole responses are held."""
-START_SOC = 0.002
-"""Tolerance of the state of charge at the start, standard deviation."""
 DIFFERENCE = 1e-4
 """Of coordinates, forward. A simulation is smooth in its numbers: one step a sample, Newton to
 rounding; derivatives agree with the exact ones of `sensitivity.py` to 1e-3 (test). Measurement
@@ -95,7 +93,8 @@ class Problem:
         """(k,) least and largest coordinates."""
         ends = [tuple(coordinate_of(p, v) for v in limits) for p, limits in self._terms]
         ends += [
-            (-p.initial_soc / START_SOC, (1.0 - p.initial_soc) / START_SOC) for p in self._packs
+            (-p.initial_soc / f.start_std, (1.0 - p.initial_soc) / f.start_std)
+            for p, f in zip(self._packs, self.flights, strict=True)
         ]
         low, high = zip(*ends, strict=True)
         return np.array(low), np.array(high)
@@ -155,7 +154,8 @@ class Problem:
         pack, given = self._packs[flight], iter(self._values(q))
         for h in self.hypotheses:
             pack = h.within(pack, [next(given) for _ in h.fitted])
-        start = pack.initial_soc + START_SOC * float(q[len(self._terms) + flight])
+        moved = self.flights[flight].start_std * float(q[len(self._terms) + flight])
+        start = pack.initial_soc + moved
         return replace(pack, initial_soc=min(max(start, 0.0), 1.0))
 
     def residual_V(self, q: FloatArray, flight: int) -> FloatArray:

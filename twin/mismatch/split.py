@@ -14,7 +14,7 @@ from twin.mismatch.noise import Noise, Whitener, whitener
 from twin.mismatch.problem import Problem
 from twin.mismatch.quiet import answers_ohm, quieted
 from twin.mismatch.stated import loss_ways
-from twin.mismatch.unseen import unseen
+from twin.mismatch.unseen import SOC_IN_FLIGHT, unseen
 from twin.mismatch.wander import Wander
 from twin.mismatch.white import LEAST_V, SURE, current_noise, step_V, white_V, with_steps_V
 from twin.pack import Pack
@@ -160,7 +160,10 @@ def _by_the_twin(flight: Flight) -> tuple[FloatArray, Flight]:
 def own_whitener(flight: Flight, noise: Noise, pack: Pack | None = None) -> Whitener:
     """`pack`: the twin that says how a voltage moves with what is not known; that as configured."""
     own = flight.recorded_load
-    between = unseen(pack or flight.pack, own, noise.current_A, flown=noise.flown)
+    between = unseen(
+        pack or flight.pack, own, noise.current_A,
+        flown=noise.flown, soc_std=SOC_IN_FLIGHT if flight.start_told else 0.0,
+    )  # fmt: skip
     if between is not None and flight.recorded is not None:
         between = between.at(flight.time_s, own.time_s)
     return whitener(

@@ -38,7 +38,10 @@ MOST_KEPT = 0.9999  # of what follows, likewise
 LONG_AGO = 50.0  # times what it takes to forget: a pause begins anew
 
 
-def unseen(pack: Pack, load: Load, noise_A: float = 0.0, *, flown: bool = False) -> Unseen | None:
+def unseen(
+    pack: Pack, load: Load, noise_A: float = 0.0, *,
+    flown: bool = False, soc_std: float = SOC_IN_FLIGHT,
+) -> Unseen | None:  # fmt: skip
     """By the twin `pack`; None if nothing is unseen, or the twin is empty at once.
 
     Args:
@@ -47,6 +50,7 @@ def unseen(pack: Pack, load: Load, noise_A: float = 0.0, *, flown: bool = False)
         noise_A: that of a current of which the likeliest course is taken: what that leaves of slow
             noise draws charge as what flows between samples does.
         flown: the pack may have flown before.
+        soc_std: of its state of charge then, which nothing but this lets be off.
     """
     off_C = hypot(walk_C(load), noise_A * sqrt(float(np.median(np.diff(load.time_s)))))
     wide = beyond_cut_offs(pack)
@@ -75,7 +79,7 @@ def unseen(pack: Pack, load: Load, noise_A: float = 0.0, *, flown: bool = False)
     per_C = np.append(per_C, np.full(n - per_C.size, per_C[-1]))
     paused_V, forgets_s = _after(holes, wide, load, as_is_V, per_C)
     walk_s, paused_s = load.time_s - load.time_s[0], load.time_s / forgets_s
-    walk_s = walk_s + flown * (SOC_IN_FLIGHT * pack.rated_C / off_C) ** 2
+    walk_s = walk_s + flown * (soc_std * pack.rated_C / off_C) ** 2
     for hole in holes:
         walk_s[hole.after + 1 :] += hole.variance_C2(load) / off_C**2
         paused_s[hole.after + 1 :] += LONG_AGO
