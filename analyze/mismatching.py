@@ -8,8 +8,6 @@ from segment import motions_at
 from segment.segment import Segment
 from twin.mismatch import (
     HYPOTHESES,
-    START_SOC,
-    UNTOLD,
     Finding,
     Flight,
     Hypothesis,
@@ -62,7 +60,7 @@ def mismatch_of(
         motion=motions_at(played.load.time_s, segments),
         temperature_K=recording.temperature_K,
         cell_voltage_V=recording.cell_voltage_V,
-        start_std=start_std(use),
+        start_std=use.soc_std,
     )
     as_configured = use.fitting is None
     try:
@@ -70,11 +68,6 @@ def mismatch_of(
     except MismatchError as e:
         return NoMismatch(f"Too little to judge: {e}.")
     return found.remarked(remarks_of(use, found.verdict))
-
-
-def start_std(use: PackUse) -> float:
-    """Standard deviation of the state of charge at the start."""
-    return START_SOC if use.soc_known else UNTOLD
 
 
 def remarks_of(use: PackUse, verdict: Verdict, *, stated: bool = False) -> tuple[str, ...]:

@@ -10,7 +10,7 @@ from segment.segment import Motion, Segment
 from twin.calibrate.flight import FlightFit, NotFitted
 from twin.damage import Study
 from twin.effects import AnyEffect, Mechanics
-from twin.mismatch import Finding
+from twin.mismatch import UNTOLD, Finding
 from twin.replay import Replay
 
 ASSESSED = (Motion.HOVER, Motion.VERTICAL, Motion.HORIZONTAL)
@@ -44,12 +44,12 @@ class PackUse:
         parallel: cells side by side.
         capacity_C: of the pack.
         capacity_known: False if it is only that of the cell that stands in.
-        soc_known: False if no rest showed it.
         soc_by_rest: it is by the voltage of the whole pack, see `Pack`.
         temperature_known: False if it was not measured.
         cooling_known: False if nobody stated the heat transfer.
         serial: the pack's own number, "" if unknown.
         initial_soc: state of charge at the start of the recording, 0..1.
+        soc_std: its standard deviation; `UNTOLD` if neither a rest nor the pack file tells it.
         initial_K: temperature of the pack at the start.
         ambient_K: temperature of the air.
         heat_transfer_W_m2_K: from the cell to the air.
@@ -71,12 +71,12 @@ class PackUse:
     parallel: int
     capacity_C: float
     capacity_known: bool
-    soc_known: bool
     soc_by_rest: bool
     temperature_known: bool
     cooling_known: bool
     serial: str
     initial_soc: float
+    soc_std: float
     initial_K: float
     ambient_K: float
     heat_transfer_W_m2_K: float
@@ -87,6 +87,11 @@ class PackUse:
     mechanics: Mechanics
     origins: Mapping[str, str]
     fitting: Fitting | None = None
+
+    @property
+    def soc_known(self) -> bool:
+        """Something tells how full the pack was at the start."""
+        return self.soc_std < UNTOLD
 
     @property
     def fit(self) -> FlightFit | None:

@@ -15,7 +15,7 @@ import numpy as np
 
 from analyze.checks import WrongUse, checked_pack, is_log, writable
 from analyze.conceal import Channel
-from analyze.mismatching import remarks_of, start_std
+from analyze.mismatching import remarks_of
 from analyze.names import printable
 from analyze.pack_choice import PackChoice
 from analyze.workbench.drawn import Ask, Drawn, read_drawn, refusing
@@ -233,7 +233,7 @@ def flight_of(drawn: Drawn, name: str) -> Flight:
         temperature_K=drawn.temperature_K,
         cell_voltage_V=drawn.cell_voltage_V,
         recorded=drawn.recorded,
-        start_std=start_std(drawn.use),
+        start_std=drawn.use.soc_std,
     )
 
 
@@ -255,7 +255,7 @@ def _explained(drawn: Mapping[str, Drawn], fitted: int, floor_mv: float | None) 
     return found.remarked(remarks_of(first.use, found.verdict, stated=stated))
 
 
-def _started(drawn: Mapping[str, Drawn], finding: Finding) -> Mapping[str, Drawn]:
+def _started(drawn: Mapping[str, Drawn], finding: Finding) -> dict[str, Drawn]:
     """Packs as full as was found where nothing had told it."""
     return {
         name: replace(d, pack=replace(d.pack, initial_soc=finding.starts[name]))

@@ -8,9 +8,11 @@ import pytest
 
 from analyze.pack_choice import cell_of, read_pack
 from analyze.start import pack_of, pack_use, rest_voltage
+from reports.flight import PackUse
 from tests.reports import example
 from twin.at_rest import open_circuit_V
 from twin.load_csv import LoadTable
+from twin.mismatch import START_SOC
 from twin.pack_file import parse_pack_file
 
 CELL, _ = cell_of("lipo_2200")
@@ -208,3 +210,27 @@ def test_noise_of_a_sensor_and_avionics_are_no_load(
     if at_rest:
         full = 4 * open_circuit_V(CELL, use.initial_soc)
         assert full == pytest.approx(16.4, abs=5e-3)
+
+
+def test_how_well_a_rest_tells_the_charge_is_by_the_slope_of_the_open_circuit_voltage() -> None:
+    """And by what the idle current took from it: slower losses than the slope of gusts shows."""
+    t = np.arange(0.0, 60.0, 0.1)
+
+    def use_at(volts: float, idle_A: float) -> PackUse:
+        current_A = np.where(t < 5.0, idle_A, 10.0 + 3.0 * np.sin(t))
+        table = LoadTable(time_s=t, current_A=current_A, voltage_V=volts - 0.02 * current_A)
+        file = replace_series(4)
+        start = file.start.model_copy(update={"soc": None})
+        file = file.model_copy(update={"start": start})
+        return pack_use(None, file, CELL, builtin=True, table=table)
+
+    told = pack_use(None, FILE, CELL, builtin=True)
+    assert told.soc_std == START_SOC
+    steep, flat = use_at(16.4, 0.0), use_at(14.9, 0.0)
+    assert START_SOC == steep.soc_std < flat.soc_std
+    for use in (flat, use_at(14.9, 0.4)):
+        idle_V = 2 * 0.02 * 0.4 / 4 if use is not flat else 0.0
+        off_V = np.hypot(1e-3, idle_V)
+        moved = [open_circuit_V(CELL, use.initial_soc + k * use.soc_std) for k in (-1, 1)]
+        widest = max(abs(v - open_circuit_V(CELL, use.initial_soc)) for v in moved)
+        assert widest == pytest.approx(off_V, rel=0.3)

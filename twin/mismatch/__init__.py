@@ -3,12 +3,11 @@
 from twin.mismatch.adopt import adopted_text
 from twin.mismatch.explain import explain
 from twin.mismatch.finding import Candidate, Course, Finding, NamedEffect, Span, Value, Verdict
-from twin.mismatch.flight import START_SOC, Flight, MismatchError
+from twin.mismatch.flight import START_SOC, UNTOLD, Flight, MismatchError
 from twin.mismatch.hidden_csv import HiddenTable, read_hidden_csv
 from twin.mismatch.hypothesis import HYPOTHESES, Hypothesis
 from twin.mismatch.out import finding_json
 from twin.mismatch.reveal import Hidden, Revealed, reveal, reveal_json
-from twin.mismatch.started import UNTOLD
 
 __all__ = [
     "HYPOTHESES",

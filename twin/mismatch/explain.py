@@ -11,7 +11,7 @@ from twin.mismatch.contradict import contradiction
 from twin.mismatch.decide import LIKELY, NUMERICS_V, Decision, candidates, decide
 from twin.mismatch.finding import Course, Errors, Finding, Span, Verdict
 from twin.mismatch.fit import Data, Fitted
-from twin.mismatch.flight import START_SOC, Flight, FloatArray
+from twin.mismatch.flight import Flight, FloatArray
 from twin.mismatch.hypothesis import HYPOTHESES, Hypothesis
 from twin.mismatch.left import never_full
 from twin.mismatch.locate import Judged, drivers, shared, spans, terms
@@ -184,18 +184,18 @@ def _untold(best: Fitted) -> Iterator[str]:
     """Of recordings whose start nothing tells."""
     for name, soc in starts_of(best).items():
         yield (
-            f"{name}: nothing tells how full the pack was at the start: {soc:.1%} by a fit, and "
-            "what moves the voltage as another start would cannot be told from that. Tell "
-            "start.soc in the pack file, or give a recording that begins at rest"
+            f"{name}: nothing tells well how full the pack was at the start: {soc:.1%} by a fit, "
+            "and what moves the voltage as another start would cannot be told from that. Tell "
+            "start.soc in the pack file, or give a recording that begins at rest, best of all full"
         )
 
 
 def _starts(null: Fitted) -> tuple[str, ...]:
     """Of recordings in which nothing is missing but that they start off by more than usual."""
     return tuple(
-        f"{flight.name} fits with {abs(START_SOC * times):.2%} {'more' if times > 0 else 'less'} "
-        f"charge at its start than stated, {abs(times):.1f} times what a start is usually off; "
-        "with that nothing else is missing"
+        f"{flight.name} fits with {abs(flight.start_std * times):.2%} "
+        f"{'more' if times > 0 else 'less'} charge at its start than stated, {abs(times):.1f} "
+        "times what a start is usually off; with that nothing else is missing"
         for flight, times in zip(null.problem.flights, null.q.tolist(), strict=True)
         if flight.start_told and abs(times) > FAR
     )

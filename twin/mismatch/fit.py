@@ -88,7 +88,7 @@ class Fitted:
         q: (k,) coordinates in `problem`.
         there: residuals and slopes of the fitted recordings at q.
         ahead_q: (k,) coordinates in `judge`: the same numbers; starts that were not fitted as
-            configured, those that nobody told at their best.
+            configured, those that are open at their best.
         ahead: of the held-out ones, there.
         kept: share of what the linearised twin says that the held-out ones would gain by numbers
             of their own, within the errors of these, which they do gain.
@@ -295,7 +295,7 @@ def _ahead(q: FloatArray, of: Problem, to: Problem) -> FloatArray:
     shared = q.size - len(of.flights)
     starts = dict(zip((f.name for f in of.flights), q[shared:].tolist(), strict=True))
     carried = np.append(q[:shared], [starts.get(f.name, 0.0) for f in to.flights])
-    own = [shared + k for k, f in enumerate(to.flights) if not (f.start_told or f.name in starts)]
+    own = [shared + k for k, f in enumerate(to.flights) if f.start_open and f.name not in starts]
     if not own:
         return carried
     *_, best = polish(_Some(to, carried, own), carried[own], small_gain=SMALL_GAIN)

@@ -162,7 +162,7 @@ def own_whitener(flight: Flight, noise: Noise, pack: Pack | None = None) -> Whit
     own = flight.recorded_load
     between = unseen(
         pack or flight.pack, own, noise.current_A,
-        flown=noise.flown, soc_std=SOC_IN_FLIGHT if flight.start_told else 0.0,
+        flown=noise.flown, soc_std=0.0 if flight.start_open else SOC_IN_FLIGHT,
     )  # fmt: skip
     if between is not None and flight.recorded is not None:
         between = between.at(flight.time_s, own.time_s)

@@ -10,10 +10,6 @@ from twin.mismatch.flight import Flight
 from twin.mismatch.left import beyond_cut_offs, left_V
 from twin.simulate import simulate
 
-UNTOLD = 0.05
-"""Standard deviation of a state of charge that only the twin as configured tells. Of 140 recordings
-by another simulator, most of them with an effect in it, it was 0.025 off, rms, 0.15 at worst (lost
-material); of controls 0.007. A calibrated twin errs besides."""
 LEAST, MOST, TRIED = 0.05, 1.0, 20  # states of charge
 CLOSE = 1e-4
 
