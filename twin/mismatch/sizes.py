@@ -7,6 +7,9 @@ slow kinetics look much alike, and how cold it was is known no better than the k
 they do by temperature. So in the error of a size they are free within their own errors: the normal
 posterior of all together, marginal in those that are not asked for (D. J. C. MacKay, Information
 Theory, Inference, and Learning Algorithms (2003), chapter 27).
+
+An error that is stated of a twin is the same in all its recordings: several tell no more of a size
+than one of them does on average.
 """
 
 import numpy as np
@@ -25,6 +28,8 @@ def deviations(fitted: Fitted, scale: float) -> FloatArray:
         fitted: the model.
         scale: by which variances exceed what was expected.
     """
+    if fitted.problem.heavy_tailed:
+        scale *= len(fitted.problem.flights)
     pack = fitted.problem.flights[0].pack
     known = pack.standard_errors.keys() - set(fitted.ids)
     uncertain = [h for h in UNCERTAIN if h.id in known and h.possible(pack)]

@@ -6,8 +6,12 @@ import numpy as np
 import pytest
 
 from tests.twin.mismatch.recordings import flown
-from twin.effects import AnyEffect, ReactionKinetics, SolidDiffusionPositive
+from twin.effects import AnyEffect, ReactionKinetics, SeriesResistance, SolidDiffusionPositive
+from twin.mismatch.fit import fit
 from twin.mismatch.flight import FloatArray
+from twin.mismatch.hypothesis import HYPOTHESES
+from twin.mismatch.sizes import deviations
+from twin.mismatch.split import split
 from twin.mismatch.stated import loss_ways
 from twin.simulate import simulate
 
@@ -52,3 +56,18 @@ def test_what_a_number_that_is_a_little_off_does_is_among_them(off: AnyEffect) -
 def test_of_a_recording_in_which_nothing_counts_there_is_none() -> None:
     nothing = replace(FLIGHT, judged=np.zeros(FLIGHT.time_s.size, dtype=bool))
     assert loss_ways(nothing.pack, nothing, 8e-3).shape == (FLIGHT.time_s.size, 0)
+
+
+def test_several_recordings_tell_no_more_of_a_size_than_one() -> None:
+    """The twin's error is the same in all of them."""
+    resistance = [h for h in HYPOTHESES if h.id == "series_resistance"]
+    flights = [flown([SeriesResistance(resistance_ohm=0.01)], seed=k) for k in range(1, 6)]
+
+    def std_ohm(count: int, stated_V: float | None) -> float:
+        data = split(flights[:count], flights[-1:], slow_V=stated_V)
+        own = fit(data, resistance)
+        values = own.problem.stds(own.q, deviations(own, 1.0))
+        return values["series_resistance"]["resistance_ohm"]
+
+    assert std_ohm(4, 0.05) == pytest.approx(std_ohm(1, 0.05), rel=0.15)
+    assert std_ohm(4, None) < 0.6 * std_ohm(1, None)
