@@ -106,11 +106,11 @@ def test_a_start_that_nobody_tells_is_owned_up_to(tmp_path: Path) -> None:
     head, *rows = log.read_text(encoding="utf-8").splitlines()
     log.write_text("\n".join([head, *rows[600:]]), encoding="utf-8")
     told, untold = (call(tmp_path, log, pack_text=t) for t in (PACK, PACK.replace("soc = 1.0", "")))
-    assert "nothing tells well how full" not in told.output
+    assert "Nothing tells well" not in told.output
     assert "verdict  unknown" in told.output  # it was not full any more
     assert "verdict  none" in untold.output
     (said,) = re.findall(
-        r"a.csv: nothing tells well how full .*: ([0-9.]+)% by a fit", untold.output
+        r"Nothing tells well how full .*: ([0-9.]+)% in a.csv by a fit", untold.output
     )
     flight = flown(seed=1)
     left = 100 * (1.0 - flight.load.drawn_C()[600] / flight.pack.rated_C)

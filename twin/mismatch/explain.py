@@ -182,11 +182,12 @@ def _of_none(likeliest: Model, null: Model) -> Iterator[str]:
 
 def _untold(best: Fitted) -> Iterator[str]:
     """Of recordings whose start nothing tells."""
-    for name, soc in starts_of(best).items():
+    if starts := starts_of(best):
+        fitted = ", ".join(f"{soc:.1%} in {name}" for name, soc in starts.items())
         yield (
-            f"{name}: nothing tells well how full the pack was at the start: {soc:.1%} by a fit, "
-            "and what moves the voltage as another start would cannot be told from that. Tell "
-            "start.soc in the pack file, or give a recording that begins at rest, best of all full"
+            f"Nothing tells well how full the pack was at the start: {fitted} by a fit, and what "
+            "moves the voltage as another start would cannot be told from that. Tell start.soc in "
+            "the pack file, or give recordings that begin at rest, best of all full"
         )
 
 
