@@ -96,6 +96,7 @@ def assemble(
         series_inferred=cells.inferred,
         capacity_C=capacity_C,
         serial=pack.serial,
+        board_K=log.board_K,
         coulomb_check=ratio,
         resistance_ohm=None if slope is None else slope.ohm,
         alignment=None if sensor is None else sensor.fit,

@@ -5,6 +5,7 @@ BAT, CURR, CUR2, BCL    batteries (dataflash_battery.py)
 XKF1, NKF1, EKF1, GPS   velocity (dataflash_motion.py, also the next three)
 PSCN/E/D, PSC, NTUN     commanded velocity
 CTUN                    throttle, altitude, commanded climb rate
+BARO                    altitude, how cold the board was
 RCIN, RCOU, MOTB        sticks, motor outputs
 EV, ARM                 armed and in-air spans
 MODE, MSG, VER, PARM    modes, firmware, parameters
@@ -20,6 +21,7 @@ import numpy as np
 
 from flightlogs import ardupilot, dataflash_motion
 from flightlogs.ardupilot import Identity
+from flightlogs.board import coldest_K
 from flightlogs.dataflash_battery import raw_batteries
 from flightlogs.dataflash_binary import is_binary, read_binary
 from flightlogs.dataflash_flight import armed_spans, in_air_spans
@@ -114,6 +116,7 @@ def _flight_log(log: _Decoded, name: str) -> FlightLog:
         sticks=dataflash_motion.sticks(timed, parameters),
         thrust=thrust,
         altitude_m=dataflash_motion.altitude(timed),
+        board_K=coldest_K(timed["BARO"][0].numbers.get("Temp")) if "BARO" in timed else None,
         modes=modes,
         armed=armed,
         in_air=in_air,

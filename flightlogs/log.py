@@ -160,6 +160,7 @@ class FlightLog:
         modes: flight modes in time order.
         armed: spans in which the motors were armed, in time order.
         in_air: spans in the air as the autopilot judged it; None if the log has no such channel.
+        board_K: coldest that the autopilot's barometer was, or None.
         parameters: autopilot parameters that matter here (battery scale, cells, capacity).
         dropouts_s: total time the logger says it lost.
         recovered_fraction: share of the file's bytes that could be decoded, 0..1.
@@ -185,6 +186,7 @@ class FlightLog:
     modes: tuple[ModeSpan, ...] = ()
     armed: tuple[Interval, ...] = ()
     in_air: tuple[Interval, ...] | None = None
+    board_K: float | None = None
     parameters: tuple[tuple[str, float], ...] = ()
     dropouts_s: float = 0.0
     recovered_fraction: float = 1.0

@@ -15,7 +15,8 @@ WANTED = frozenset(
         "battery_status", "battery_info", "vehicle_status",
         "vehicle_land_detected", "actuator_armed", "vehicle_local_position",
         "vehicle_local_position_setpoint", "trajectory_setpoint", "manual_control_setpoint",
-        "vehicle_air_data", "sensor_combined.baro_alt_meter", "vehicle_gps_position", "sensor_gps",
+        "vehicle_air_data", "sensor_combined.baro_alt_meter",
+        "sensor_combined.baro_temp_celcius", "vehicle_gps_position", "sensor_gps",
         "vehicle_thrust_setpoint", "vehicle_attitude_setpoint", "actuator_controls_0",
         "actuator_motors", "actuator_outputs",
     )
@@ -61,6 +62,7 @@ def read_ulog(stream: BinaryIO, *, name: str) -> FlightLog:
         sticks=px4_motion.sticks(topics),
         thrust=px4_motion.thrust(topics),
         altitude_m=px4_motion.altitude(topics),
+        board_K=px4_state.board_K(topics),
         modes=px4_state.modes(topics),
         armed=arming or (),
         in_air=px4_state.in_air(topics, arming),

@@ -1,12 +1,14 @@
 """Armed, in the air, mode and time of day of a PX4 log.
 
-Source: PX4-Autopilot, msg/versioned/VehicleStatus.msg, VehicleLandDetected.msg, SensorGps.msg.
+Source: PX4-Autopilot, msg/versioned/VehicleStatus.msg, VehicleLandDetected.msg, SensorGps.msg,
+VehicleAirData.msg (`baro_temp_celcius`, as it is spelt there).
 """
 
 from datetime import UTC, datetime, timedelta
 
 import numpy as np
 
+from flightlogs.board import coldest_K
 from flightlogs.log import Interval, ModeSpan
 from flightlogs.px4_topics import MICRO, Px4Topics
 from flightlogs.spans import mode_spans, overlap, spans_of
@@ -33,6 +35,15 @@ def armed(topics: Px4Topics) -> tuple[Interval, ...] | None:
     on = None if actuators is None else actuators.get("armed")
     if actuators is not None and on is not None:
         return spans_of(actuators.time_s, on > 0, topics.end_s)
+    return None
+
+
+def board_K(topics: Px4Topics) -> float | None:
+    """Coldest that a barometer was."""
+    for name in ("vehicle_air_data", "sensor_combined"):
+        samples = topics.measured(name)
+        if samples is not None and (found := coldest_K(samples.get("baro_temp_celcius"))):
+            return found
     return None
 
 

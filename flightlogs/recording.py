@@ -71,6 +71,7 @@ class Recording:
         series_inferred: True if judged from the voltage.
         capacity_C: pack capacity as the log's parameters say, or None.
         serial: pack serial number or "".
+        board_K: coldest that the autopilot's barometer was, or None.
         coulomb_check: integral of current / difference of the log's own counter, or None.
         resistance_ohm: slope of voltage on current under load, pack, or None.
         alignment: how the sensor's clock was mapped, None if no sensor.
@@ -99,6 +100,7 @@ class Recording:
     series_inferred: bool
     capacity_C: float | None
     serial: str = ""
+    board_K: float | None = None
     coulomb_check: float | None = None
     resistance_ohm: float | None = None
     alignment: ClockFit | None = None

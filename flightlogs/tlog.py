@@ -8,6 +8,7 @@ HEARTBEAT                             vehicle, armed, modes
 EXTENDED_SYS_STATE                    in air
 STATUSTEXT, AUTOPILOT_VERSION         firmware
 PARAM_VALUE, SYSTEM_TIME              parameters, UTC of a stream without stamps
+SCALED_PRESSURE                       how cold the board was
 """
 
 import math
@@ -18,6 +19,7 @@ from typing import BinaryIO
 import numpy as np
 
 from flightlogs import ardupilot, tlog_motion
+from flightlogs.board import coldest_K
 from flightlogs.errors import LogDamaged, LogWarning, NotALog
 from flightlogs.log import FlightLog, FloatArray, Vehicle
 from flightlogs.mavlink_vehicle import NO_AUTOPILOT, NO_VEHICLE, PX4, type_name, vehicle_of_type
@@ -43,9 +45,11 @@ BATTERY = ("BATTERY_STATUS", "SYS_STATUS", "BATTERY_INFO", "SMART_BATTERY_INFO")
 MOTION = ("LOCAL_POSITION_NED", "GLOBAL_POSITION_INT", "VFR_HUD", "RC_CHANNELS", "RC_CHANNELS_RAW")
 TARGETS = ("POSITION_TARGET_LOCAL_NED", "POSITION_TARGET_GLOBAL_INT", "MANUAL_CONTROL")
 STATE = ("HEARTBEAT", "EXTENDED_SYS_STATE", "STATUSTEXT", "AUTOPILOT_VERSION", "PARAM_VALUE")
-WANTED = frozenset([*BATTERY, *MOTION, *TARGETS, *STATE, *SIMULATION, "SYSTEM_TIME"])
+WANTED = frozenset(
+    [*BATTERY, *MOTION, *TARGETS, *STATE, *SIMULATION, "SYSTEM_TIME", "SCALED_PRESSURE"]
+)
 FROM_STATION = frozenset(["MANUAL_CONTROL"])  # sent to the vehicle
-MICRO, MILLI = 1e-6, 1e-3
+MICRO, MILLI, CENTI = 1e-6, 1e-3, 1e-2
 INTEGER_PARAMETERS = range(1, 9)  # MAV_PARAM_TYPE_UINT8 to INT64
 
 
@@ -153,6 +157,7 @@ def _flight_log(log: Telemetry, name: str) -> FlightLog:
         sticks=tlog_motion.sticks(timed, log.parameters),
         thrust=thrust,
         altitude_m=tlog_motion.altitude(timed),
+        board_K=_board_K(timed),
         modes=modes(log),
         armed=armed,
         in_air=in_air,
@@ -160,6 +165,12 @@ def _flight_log(log: Telemetry, name: str) -> FlightLog:
         recovered_fraction=log.raw.recovered_fraction,
         warnings=(*said, *(w for _, found in judged for w in found)),
     )
+
+
+def _board_K(timed: Mapping[str, tuple[Table, FloatArray]]) -> float | None:
+    if "SCALED_PRESSURE" not in timed:
+        return None
+    return coldest_K(timed["SCALED_PRESSURE"][0].numbers["temperature"] * CENTI)
 
 
 def _others(who: Flown) -> tuple[LogWarning, ...]:
