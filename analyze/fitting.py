@@ -4,6 +4,7 @@ from dataclasses import replace
 
 from analyze.replaying import gaps_of, judged_of, replay
 from analyze.start import pack_of
+from flightlogs.errors import LogWarning
 from flightlogs.recording import Recording
 from reports.flight import Fitting, PackUse
 from reports.quantity import ampere_hours, celsius, fixed, significant
@@ -14,6 +15,9 @@ from twin.cell import Cell
 from twin.effects import SelfHeating
 from twin.replay import Replay
 
+BELOW_BOARD_K = 8.0
+"""A board is hardly colder than the air, and a pack in use not much colder than that. The one log
+with both has 5.5 degC at least on the board, in flight, and 10.1 in the pack."""
 BRIDGED_SHARE = 0.05  # of the charge, in gaps: more, and the charge was not measured
 
 
@@ -34,6 +38,20 @@ def fitted(
         refused = NotFitted("the whole replay would be no better with what a fit finds")
         return replace(use, fitting=replace(fitting, outcome=refused)), played
     return changed, after
+
+
+def doubts(recording: Recording, use: PackUse) -> tuple[LogWarning, ...]:
+    """What the log says against a fit to it."""
+    board_K = recording.board_K
+    if use.fit is None or board_K is None or use.initial_K > board_K - BELOW_BOARD_K:
+        return ()
+    text = (
+        f"The fit puts the pack at {celsius(use.initial_K)} °C, but the autopilot's barometer was "
+        f"never colder than {celsius(board_K)} °C: such cold stands for something else in this "
+        "pack, as age or another chemistry, and its damage is that of so cold a pack. State its "
+        "temperature in a pack file."
+    )
+    return (LogWarning(code="colder_than_board", message=text),)
 
 
 def _outcome(

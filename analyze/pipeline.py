@@ -6,7 +6,7 @@ from pathlib import Path
 
 from analyze.assessing import damage_of
 from analyze.conceal import Channel, without
-from analyze.fitting import fitted
+from analyze.fitting import doubts, fitted
 from analyze.mismatching import mismatch_of
 from analyze.names import printable
 from analyze.pack_choice import DEFAULT_CELL, PackChoice, cell_of
@@ -146,9 +146,10 @@ def analyse(inputs: Inputs, *, clock: Callable[[], float]) -> FlightReport:
         thorough=inputs.thorough,
         pack=inputs.pack,
     )
+    said = (*flight.recording.warnings, *doubts(flight.recording, use))
     return FlightReport(
         log=flight.log,
-        recording=flight.recording,
+        recording=replace(flight.recording, warnings=said),
         segments=segments,
         profiles=profiles,
         alignment_refusal=flight.alignment_refusal,

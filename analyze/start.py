@@ -20,10 +20,6 @@ from twin.pack import Pack
 from twin.pack_file import PackFile, effects_of, mechanics_of
 
 ROOM_K = 298.15
-WARM_BOARD_K = 308.15
-"""A barometer that never was colder is on a board that warms itself. Of 20 logs 13 have one that
-was, 5 to 33 degC; in the one with a measured pack it was 5.5 degC, the pack 10.1 (and the first
-reading 9.1). What the voltage of one flight says of it is worse: -2 +- 2 where that read 26."""
 # Of the median current in the air: motors off or idling. Taking the slope's share back leaves a
 # few millivolts of slow overpotential, a per cent of charge.
 REST_SHARE = 0.25
@@ -70,8 +66,7 @@ def pack_use(
     series, series_origin = _series(recording, file)
     capacity = _capacity(recording, file, cell, parallel)
     measured = recording or table
-    board_K = recording.board_K if recording else None
-    start = _temperature(measured.temperature_K if measured else None, file, board_K)
+    start = _temperature(measured.temperature_K if measured else None, file)
     ambient = _ambient(file, start)
     rest = rest_voltage(recording) if recording else _first_rest(table, capacity.value)
     stated_soc = file.start.soc if file else None
@@ -151,9 +146,7 @@ def _capacity(
     return Known(value=cell.nominal_capacity_C * parallel, origin=origin, known=False)
 
 
-def _temperature(
-    measured: FloatArray | None, file: PackFile | None, board_K: float | None
-) -> Known:
+def _temperature(measured: FloatArray | None, file: PackFile | None) -> Known:
     if measured is not None and np.isfinite(measured).any():
         first = measured[np.isfinite(measured)][0]
         return Known(value=float(first), origin="first measured temperature of the pack")
@@ -163,8 +156,6 @@ def _temperature(
         ambient_K = file.environment.ambient_c + ZERO_CELSIUS_K
         origin = "not measured: that of the air in the pack file"
         return Known(value=ambient_K, origin=origin, known=False)
-    if board_K is not None and board_K < WARM_BOARD_K:
-        return Known(value=board_K, origin="not measured: the coldest of the autopilot's barometer")
     return Known(value=ROOM_K, origin="not measured: 25 °C assumed", known=False)
 
 

@@ -25,30 +25,26 @@ def soc_at_rest(cell: Cell, voltage_V: float) -> float:
     return _root(lambda soc: open_circuit_V(cell, soc) - voltage_V, 1.0)
 
 
-def soc_of_others(cell: Cell, series: int, offsets: Sequence[float], mean_soc: float) -> float:
-    """Charge of the equal cells of a pack that rests at the voltage of all cells at `mean_soc`.
+def soc_of_others(
+    rests_V: Callable[[float], float], series: int, offsets: Sequence[float], mean_V: float
+) -> float:
+    """Charge of the equal cells of a pack that rests at `mean_V` a cell.
 
     Args:
-        cell: all are of this make.
+        rests_V: of a cell at a state of charge.
         series: cells in series.
         offsets: state of charge of each cell that differs, minus that of the others; it is nowhere
             below empty or above OVERFULL.
-        mean_soc: by the pack's voltage, 0 to 1.
+        mean_V: of the pack's voltage.
 
     Returns:
         0 to OVERFULL, the nearer end where no such pack rests at that voltage.
     """
-    if not any(offsets):
-        return mean_soc
-    told_V, equal = series * open_circuit_V(cell, mean_soc), series - len(offsets)
+    equal = series - len(offsets)
 
     def beyond_V(soc: float) -> float:
         unlike = (min(max(soc + offset, 0.0), OVERFULL) for offset in offsets)
-        return (
-            equal * open_circuit_V(cell, soc)
-            + sum(open_circuit_V(cell, own) for own in unlike)
-            - told_V
-        )
+        return equal * rests_V(soc) + sum(rests_V(own) for own in unlike) - series * mean_V
 
     return _root(beyond_V, OVERFULL if isfinite(beyond_V(OVERFULL)) else 1.0)
 

@@ -8,7 +8,7 @@ from math import prod
 import numpy as np
 import numpy.typing as npt
 
-from twin.at_rest import OVERFULL, soc_of_others
+from twin.at_rest import OVERFULL, open_circuit_V, soc_of_others
 from twin.cell import Cell
 from twin.effects import (
     AGEING,
@@ -30,6 +30,7 @@ from twin.parameters import (
     hysteresis_parameters,
     mechanics_parameters,
 )
+from twin.windows import rest_V
 
 FloatArray = npt.NDArray[np.float64]
 
@@ -75,8 +76,10 @@ class Pack:
         capacity_C: of the pack; the cell's area, mass and cooling surface are scaled to it. None
             takes the cell as it is.
         initial_soc: state of charge at the start, 0..1 of the cell's stoichiometry window.
-        soc_by_rest: `initial_soc` is by the voltage at rest of the whole pack: beside a weak cell
-            that starts emptier, the others start as much fuller as keeps that voltage.
+        soc_by_rest: `initial_soc` is by the recorded voltage at rest of the whole pack and the
+            curve of `cell`. With effects that voltage stays, not the charge: beside a weak cell
+            that starts emptier the others start fuller; other windows, or a sensor that reads too
+            high, mean another charge.
         initial_K: temperature at the start.
         heat_transfer_W_m2_K: to the air, where it is stated. The pack is warmed by its losses only
             with `SelfHeating`, which has a number of its own; this one is what to expect of it.
@@ -190,7 +193,8 @@ class Pack:
         `cell_parameters()`, how they start, and those of the weak cells, the first as
         `weak_cell.capacity_factor`, the second as `weak_cell#2.capacity_factor`, ...
         """
-        start = {"initial_soc": self._soc_of_others(), "initial_K": self.initial_K}
+        values = self.cell_parameters()
+        start = {"initial_soc": self._start_soc(values), "initial_K": self.initial_K}
         for effect in self.effects:
             if isinstance(effect, InitialSoc):
                 start["initial_soc"] += effect.offset
@@ -201,7 +205,7 @@ class Pack:
             for prefix, weak in self._named_weak()
             for p in weak.parameters
         }
-        return self.cell_parameters() | start | differ
+        return values | start | differ
 
     def cells(self, numbers: Mapping[str, float] | None = None) -> tuple[CellKind, ...]:
         """The kinds of cells: the equal ones, if there are any, then each weak one.
@@ -246,11 +250,25 @@ class Pack:
         taken |= dict(zip(free, anywhere, strict=False))
         return tuple(taken.get(place, 0) for place in range(1, self.series + 1))
 
-    def _soc_of_others(self) -> float:
-        if not self.soc_by_rest:
+    def _start_soc(self, values: Mapping[str, float]) -> float:
+        """Of the equal cells, whose `cell_parameters` are `values`."""
+        offsets, gain = [w.soc_offset for w in self.weak], self.terminals / self.series
+        n, p = self.cell.negative, self.cell.positive
+        low, high = (
+            [values[f"{side}.stoichiometry_{end}"] for side in ("negative", "positive")]
+            for end in ("min", "max")
+        )
+        as_made = low == [n.stoichiometry_min, p.stoichiometry_min]
+        as_made &= high == [n.stoichiometry_max, p.stoichiometry_max]
+        if not self.soc_by_rest or (as_made and gain == 1.0 and not any(offsets)):
             return self.initial_soc
-        offsets = [w.soc_offset for w in self.weak]
-        return soc_of_others(self.cell, self.series, offsets, self.initial_soc)
+
+        def rests_V(soc: float) -> float:
+            x, y = low[0] + soc * (high[0] - low[0]), high[1] - soc * (high[1] - low[1])
+            return rest_V(self.cell, (x, y))
+
+        told_V = open_circuit_V(self.cell, self.initial_soc)
+        return soc_of_others(rests_V, self.series, offsets, told_V / gain)
 
     def _named_weak(self) -> list[tuple[str, WeakCell]]:
         return [(w.id if n == 1 else f"{w.id}#{n}", w) for n, w in enumerate(self.weak, start=1)]

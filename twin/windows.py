@@ -44,7 +44,7 @@ class Windows:
             full=full,
             empty=empty,
             holds=(_holds(numbers, "negative"), _holds(numbers, "positive")),
-            ends_V=(_rest_V(cell, full), _rest_V(cell, empty)),
+            ends_V=(rest_V(cell, full), rest_V(cell, empty)),
             cell=cell,
         )
 
@@ -78,7 +78,7 @@ class Windows:
         inventory = Inventory(negative=0.0, positive=lithium, holds=self.holds)
 
         def above_V(x: float) -> float:
-            return _rest_V(self.cell, (x, inventory.positive_at(x))) - voltage_V
+            return rest_V(self.cell, (x, inventory.positive_at(x))) - voltage_V
 
         low, high = inventory.bounds()
         if not above_V(low) < 0 < above_V(high):
@@ -95,7 +95,8 @@ def _holds(numbers: Mapping[str, float], side: str) -> float:
     return numbers[f"{side}.max_concentration_mol_m3"] * solid * numbers[f"{side}.thickness_m"]
 
 
-def _rest_V(cell: Cell, at: tuple[float, float]) -> float:
+def rest_V(cell: Cell, at: tuple[float, float]) -> float:
+    """Open-circuit voltage at stoichiometries (negative, positive), at reference temperature."""
     with SYMBOLS:
         positive_V, negative_V = _potential(cell.positive.ocp_V), _potential(cell.negative.ocp_V)
     return positive_V(at[1]) - negative_V(at[0])

@@ -11,7 +11,7 @@ from analyze.replaying import replay
 from analyze.start import pack_use
 from flightlogs.errors import LogWarning
 from flightlogs.recording import Recording
-from reports.flight import PackUse
+from reports.flight import Fitting, PackUse
 from tests.reports import example
 from twin.calibrate.flight import FlightFit, NotFitted
 from twin.calibrate.flight_problem import Flown, Known
@@ -114,3 +114,17 @@ def test_a_simulators_battery_is_not_fitted(monkeypatch: pytest.MonkeyPatch) -> 
     assert fit.known is None
     assert after.fitting is not None
     assert after.fitting.outcome == NotFitted("its battery is a simulator's formula")
+
+
+@pytest.mark.parametrize(("board_K", "said"), [(299.0, True), (280.0, False), (None, False)])
+def test_a_fit_colder_than_the_barometer_ever_was_is_owned_up_to(
+    board_K: float | None,
+    said: bool,  # noqa: FBT001
+) -> None:
+    recording = example.recording(board_K=board_K)
+    use = replace(pack_use(recording, None, CELL, builtin=True), initial_K=275.15)
+    assert not fitting.doubts(recording, use)  # nothing was fitted
+    fit = Fitting(outcome=example.flight_fit(), before_V=0.1)
+    doubts = fitting.doubts(recording, replace(use, fitting=fit))
+    assert [w.code for w in doubts] == ["colder_than_board"] * said
+    assert all("at 2.0 °C, but" in w.message for w in doubts)

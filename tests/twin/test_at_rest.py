@@ -1,6 +1,7 @@
 """State of charge by the voltage at rest, of one cell and of packs whose cells differ."""
 
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 import pytest
@@ -8,7 +9,14 @@ import pytest
 from twin.at_rest import OVERFULL, open_circuit_V, soc_at_rest, soc_of_others
 from twin.builtin import load_cell
 from twin.cell import Cell
-from twin.effects import WeakCell
+from twin.effects import (
+    ActiveMaterialLossNegative,
+    ActiveMaterialLossPositive,
+    AnyEffect,
+    LithiumInventoryLoss,
+    VoltageGain,
+    WeakCell,
+)
 from twin.load import Load
 from twin.pack import Pack
 from twin.simulate import simulate
@@ -50,6 +58,32 @@ def test_cells_that_start_alike_start_as_told(cell: Cell) -> None:
     assert [k.initial_soc for k in smaller.cells()] == [0.8, 0.8]
 
 
+@pytest.mark.parametrize(
+    "effect",
+    [
+        LithiumInventoryLoss(lost=0.09),
+        ActiveMaterialLossNegative(lost=0.12),
+        ActiveMaterialLossPositive(lost=0.12),
+        VoltageGain(gain=1.01),
+        VoltageGain(gain=0.99),
+    ],
+    ids=lambda e: e.id,
+)
+def test_an_aged_pack_and_a_wrong_sensor_keep_the_voltage_that_its_charge_was_told_by(
+    cell: Cell, effect: AnyEffect
+) -> None:
+    """Not its charge: with 9 % of the lithium lost that is 1 to 4 % of the window off."""
+    told = Pack(cell=cell, series=4, initial_soc=0.8, soc_by_rest=True)
+    changed = replace(told, effects=(effect,))
+    first_V, other_V = (simulate(p, REST).require().voltage_V for p in (told, changed))
+    assert other_V == pytest.approx(first_V, abs=1e-8)
+    stated = simulate(replace(changed, soc_by_rest=False), REST).require()
+    assert abs(stated.voltage_V[0] - first_V[0]) > 2e-3
+    assert abs(changed.numbers()["initial_soc"] - 0.8) > 2e-3
+
+
 def test_where_no_such_pack_rests_at_that_voltage_the_nearest_is_taken(cell: Cell) -> None:
-    assert soc_of_others(cell, 2, (-0.9,), 1.0) == pytest.approx(OVERFULL)
-    assert soc_of_others(cell, 2, (0.5,), 0.0) == 0.0
+    full_V, empty_V = (open_circuit_V(cell, soc) for soc in (1.0, 0.0))
+    rests_V = partial(open_circuit_V, cell)
+    assert soc_of_others(rests_V, 2, (-0.9,), full_V) == pytest.approx(OVERFULL)
+    assert soc_of_others(rests_V, 2, (0.5,), empty_V) == 0.0
