@@ -258,7 +258,7 @@ def _explained(drawn: Mapping[str, Drawn], fitted: int, floor_mv: float | None) 
 def _started(drawn: Mapping[str, Drawn], finding: Finding) -> dict[str, Drawn]:
     """Packs as full as was found where nothing had told it."""
     return {
-        name: replace(d, pack=replace(d.pack, initial_soc=finding.starts[name]))
+        name: replace(d, pack=replace(d.pack, initial_soc=finding.starts[name][0]))
         if name in finding.starts
         else d
         for name, d in drawn.items()

@@ -110,7 +110,7 @@ def test_a_start_that_nobody_tells_is_owned_up_to(tmp_path: Path) -> None:
     assert "verdict  unknown" in told.output  # it was not full any more
     assert "verdict  none" in untold.output
     (said,) = re.findall(
-        r"Nothing tells well how full .*: ([0-9.]+)% in a.csv by a fit", untold.output
+        r"Nothing tells well how full .*: ([0-9.]+) ± [0-9.]+ % in a.csv by a fit", untold.output
     )
     flight = flown(seed=1)
     left = 100 * (1.0 - flight.load.drawn_C()[600] / flight.pack.rated_C)

@@ -183,11 +183,12 @@ def _of_none(likeliest: Model, null: Model) -> Iterator[str]:
 def _untold(best: Fitted) -> Iterator[str]:
     """Of recordings whose start nothing tells."""
     if starts := starts_of(best):
-        fitted = ", ".join(f"{soc:.1%} in {name}" for name, soc in starts.items())
+        told = (f"{100 * soc:.1f} ± {100 * std:.1g} % in {f}" for f, (soc, std) in starts.items())
         yield (
-            f"Nothing tells well how full the pack was at the start: {fitted} by a fit, and what "
-            "moves the voltage as another start would cannot be told from that. Tell start.soc in "
-            "the pack file, or give recordings that begin at rest, best of all full"
+            f"Nothing tells well how full the pack was at the start: {', '.join(told)} by a fit, "
+            "and what moves the voltage as another start would cannot be told from that. Give "
+            "recordings that begin at rest, best of all full; or start.soc in the pack file where "
+            "all start with as much"
         )
 
 

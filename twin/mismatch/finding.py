@@ -191,7 +191,8 @@ class Finding:
         advice: the test that would tell more, or "".
         courses: the recordings.
         remarks: what is doubtful in all this.
-        starts: recording -> state of charge at its start, of those where nothing tells it.
+        starts: recording -> state of charge at its start and its standard deviation, of those where
+            nothing tells it.
     """
 
     verdict: Verdict
@@ -204,7 +205,7 @@ class Finding:
     advice: str = ""
     courses: tuple[Course, ...] = field(default=())
     remarks: tuple[str, ...] = ()
-    starts: Mapping[str, float] = field(default_factory=dict)
+    starts: Mapping[str, tuple[float, float]] = field(default_factory=dict)
 
     @property
     def causes_sought(self) -> bool:

@@ -211,6 +211,18 @@ class Fitted:
         """The same of the held-out ones."""
         return self.ahead.rms_V
 
+    def starts_std(self) -> dict[str, float]:
+        """Recording -> standard deviation of the state of charge at its start."""
+        ahead, own = self.ahead.slopes[:, self._shared :], self.problem.flights
+        after = np.linalg.inv(np.eye(ahead.shape[1]) + ahead.T @ ahead)
+        stds = {
+            f.name: f.start_std * float(np.sqrt(variance))
+            for f, variance in zip(self.judge.flights, np.diag(after), strict=True)
+        }
+        fitted = np.diag(self.covariance(1.0))[self._shared :]
+        both = zip(own, fitted, strict=True)
+        return stds | {f.name: f.start_std * float(np.sqrt(variance)) for f, variance in both}
+
     @property
     def packs(self) -> tuple[list[Pack], list[Pack]]:
         """As they are by this: one each of the fitted recordings, and of the held-out ones."""

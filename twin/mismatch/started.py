@@ -34,10 +34,11 @@ def started(flight: Flight) -> Flight:
     return replace(flight, pack=replace(flight.pack, initial_soc=float(best.x)))
 
 
-def starts_of(fitted: Fitted) -> dict[str, float]:
-    """Recording -> state of charge at its start, of those where nothing tells it."""
+def starts_of(fitted: Fitted) -> dict[str, tuple[float, float]]:
+    """Recording -> charge at its start and its standard deviation, where nothing tells it."""
+    stds = fitted.starts_std()
     return {
-        flight.name: pack.initial_soc
+        flight.name: (pack.initial_soc, stds[flight.name])
         for problem, packs in zip((fitted.problem, fitted.judge), fitted.packs, strict=True)
         for flight, pack in zip(problem.flights, packs, strict=True)
         if not flight.start_told

@@ -36,9 +36,8 @@ def test_a_start_that_nothing_tells_is_no_effect_and_hides_none(
     assert found.errors.held_out_after < 1.2 * found.errors.noise
     assert found.starts.keys() == {"flight 1", "flight 2"}
     for seed in (1, 2):
-        assert found.starts[f"flight {seed}"] == pytest.approx(
-            late(truth, seed).pack.initial_soc, abs=0.01
-        )
+        soc, std = found.starts[f"flight {seed}"]
+        assert abs(soc - late(truth, seed).pack.initial_soc) < 3.0 * std < 0.02
     assert sum("Nothing tells well" in r for r in found.remarks) == 1
 
 
@@ -74,4 +73,4 @@ def test_a_recording_of_which_parts_are_held_out_has_one_start() -> None:
     data = split([started(untold((), 1))], ())
     own = fit(data, ())
     assert own.ahead_q[-1] == own.q[-1]
-    assert starts_of(own)["flight 1"] == pytest.approx(late((), 1).pack.initial_soc, abs=0.01)
+    assert starts_of(own)["flight 1"][0] == pytest.approx(late((), 1).pack.initial_soc, abs=0.01)
