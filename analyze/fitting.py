@@ -13,6 +13,7 @@ from twin.calibrate.flight import FlightFit, NotFitted, fit_flight
 from twin.calibrate.flight_problem import ENDURANCE_S, Flown, Known
 from twin.cell import Cell
 from twin.effects import SelfHeating
+from twin.mismatch import START_SOC
 from twin.replay import Replay
 
 BELOW_BOARD_K = 8.0
@@ -98,6 +99,7 @@ def _changed(use: PackUse, fit: FlightFit) -> PackUse:
         capacity_C=use.capacity_C if pack.capacity_C is None else pack.capacity_C,
         capacity_known=use.capacity_known or "capacity_C" in found,
         initial_soc=pack.initial_soc,
+        soc_std=max(START_SOC, found["initial_soc"].std) if "initial_soc" in found else use.soc_std,
         initial_K=pack.initial_K,
         ambient_K=fit.ambient_K,
         heat_transfer_W_m2_K=heating.heat_transfer_W_m2_K,

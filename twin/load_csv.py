@@ -126,7 +126,7 @@ def _table(
         temperature_K=columns.get("temperature_K"),
         cell_voltage_V=cells_V,
         remarks=(
-            *_left_out(whole.size - int(whole.sum()), "have no time or no current"),
+            *_left_out(whole.size - int(whole.sum()), "have no time, or no current that can flow,"),
             *_left_out(int(whole.sum()) - kept.size, "have the time of the line after them"),
             *((TURNED,) if turned else ()),
             *_without_voltage(voltage_V),
@@ -134,6 +134,7 @@ def _table(
     )
 
 
+NONE = 1e6  # SI, of all but times: loggers write the largest number that they have for no answer
 MOST_S = 50 * 86400.0  # the twin takes a step a second
 TURNED = "In this file discharge current is negative, as its voltage shows: it was turned round."
 
@@ -189,7 +190,7 @@ def charges(time_s: FloatArray, current_A: FloatArray, voltage_V: FloatArray) ->
 
 
 def _column(lines: Lines, place: Place, ours: str, name: str) -> FloatArray:
-    """(n,) SI; NaN where a cell is empty or says so."""
+    """(n,) SI; NaN where a cell is empty, or says so by a number that nothing can have."""
     where, factor, offset = place
     out = np.full(len(lines), np.nan)
     for k, (line, row) in enumerate(lines):
@@ -198,4 +199,7 @@ def _column(lines: Lines, place: Place, ours: str, name: str) -> FloatArray:
             out[k] = float(text) if text else np.nan
         except ValueError as e:
             raise LoadError(f"{name}, line {line}: {ours} is {text!r}, no number") from e
-    return np.where(np.isfinite(out), out * factor + offset, np.nan)
+    values = out * factor + offset
+    return np.where(
+        np.isfinite(out) & ((ours == "time_s") | (np.abs(values) < NONE)), values, np.nan
+    )

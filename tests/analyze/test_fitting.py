@@ -16,6 +16,7 @@ from tests.reports import example
 from twin.calibrate.flight import FlightFit, NotFitted
 from twin.calibrate.flight_problem import Flown, Known
 from twin.effects import SelfHeating
+from twin.mismatch import START_SOC, UNTOLD
 from twin.pack import Pack
 
 CELL, _ = cell_of("lipo_2200")
@@ -128,3 +129,13 @@ def test_a_fit_colder_than_the_barometer_ever_was_is_owned_up_to(
     doubts = fitting.doubts(recording, replace(use, fitting=fit))
     assert [w.code for w in doubts] == ["colder_than_board"] * said
     assert all("at 2.0 °C, but" in w.message for w in doubts)
+
+
+def test_a_start_that_a_fit_tells_is_told(monkeypatch: pytest.MonkeyPatch) -> None:
+    before, after = fitted(monkeypatch, Fit(initial_soc=0.8), answering(0.8))
+    before = replace(before, soc_std=UNTOLD)
+    (soc,) = (e for e in example.flight_fit().estimates if e.name == "initial_soc")
+    assert after.fit is not None
+    assert after.soc_std == max(START_SOC, soc.std)
+    assert after.soc_known
+    assert not before.soc_known

@@ -116,7 +116,7 @@ def test_lines_that_cannot_be_used_are_left_out_and_told() -> None:
     np.testing.assert_array_equal(table.current_A, [0.0, 2.0, 2.0, 2.0])
     np.testing.assert_array_equal(table.voltage_V, [4.0, 3.9, 3.7, np.nan])
     assert table.remarks == (
-        "Lines that have no time or no current are left out: 2.",
+        "Lines that have no time, or no current that can flow, are left out: 2.",
         "Lines that have the time of the line after them are left out: 1.",
         "Lines without a voltage, where nothing is compared with it: 1.",
     )
@@ -168,3 +168,15 @@ def test_lines_without_a_voltage_are_counted() -> None:
     assert none.remarks == (
         "No line has a voltage, which would say if positive current discharges: so taken.",
     )
+
+
+def test_the_largest_number_that_a_logger_has_is_no_measurement() -> None:
+    """Of a published test: 3.4e38 A in its first row, for no answer."""
+    table = read(
+        "time_s,current_A,voltage_V\n0,3.40E+38,4.15\n1,3.0,4.04\n2,3.0,-3.4e38\n3,3.0,4.02"
+    )
+    assert table.time_s.tolist() == [1.0, 2.0, 3.0]
+    assert table.current_A.tolist() == [3.0] * 3
+    assert table.voltage_V is not None
+    assert np.isnan(table.voltage_V).tolist() == [False, True, False]
+    assert table.remarks[0].endswith("no current that can flow, are left out: 1.")
