@@ -44,7 +44,7 @@ def table(folder: Path, name: str) -> list[dict[str, str]]:
     [
         ("t,current_A\n0,1\n", "(s or ms or us or min or h) in its header, such as 'Time / s';"),
         ("time_s;current_A\n0;1\n", "columns have to be parted by commas"),
-        ("", "no column 'time_s'"),
+        ("", "load.csv: the file is empty; expected a recording of time and current"),
         ("time_s,current_A\n0,1\n1,x\n", "load.csv, line 3: current_A is 'x', no number"),
         ("time_s,current_A\n", "no line has a time and a current"),
         ("time_s,current_A\n1,nan\n", "no line has a time and a current"),
