@@ -97,6 +97,16 @@ def test_a_folder_gives_an_index_a_table_and_the_failures(tmp_path) -> None:
 
 
 @pytest.mark.usefixtures("analysed")
+def test_what_is_passed_over_is_named_if_asked_for(tmp_path) -> None:
+    put(tmp_path, "logs/a.ulg")
+    (tmp_path / "logs/update.bin").write_bytes(b"firmware")
+    assert "update.bin" not in call(tmp_path, "logs").output
+    assert "passed over (no log)  logs/update.bin" in call(tmp_path, "logs", "-v").stderr
+    (tmp_path / "logs/a.ulg").unlink()
+    assert "passed over (no log)  logs/update.bin" in call(tmp_path, "logs", "-v").stderr
+
+
+@pytest.mark.usefixtures("analysed")
 def test_copies_of_a_log_are_in_the_table_with_what_they_are_copies_of(tmp_path) -> None:
     for name in ("a", "b", "c"):
         put(tmp_path, f"logs/{name}.ulg")
