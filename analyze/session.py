@@ -7,7 +7,7 @@ from pathlib import Path
 
 import click
 
-from analyze.checks import WrongUse, checked_pack, is_log, writable
+from analyze.checks import WrongUse, check_sensor, checked_pack, is_log, writable
 from analyze.find import Found, find, sensor_beside
 from analyze.fleet import outcomes
 from analyze.interrupt import Asked, remembered
@@ -91,6 +91,8 @@ def _found(options: Options) -> Found:
         raise WrongUse(f"no flight log in {where} ({len(found.passed_over)} files looked at)")
     if options.sensor and len(found.logs) > 1:
         raise WrongUse(f"--sensor belongs to one log, but {len(found.logs)} are to be analysed")
+    if options.sensor:
+        check_sensor(options.sensor)
     return found
 
 

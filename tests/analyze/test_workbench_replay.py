@@ -177,6 +177,7 @@ def test_a_rate_sweep_goes_down_to_the_cut_off(tmp_path: Path) -> None:
         (("--c-rate", "inf"), "expected numbers above 0"),
         (("LOAD", "--ambient-c", "25,-99"), "expected numbers above -73, 126 at most, with commas"),
         ((str(SAMPLES / "light.ulg"), "--between", "hold"), "log: --between belongs to a CSV"),
+        ((str(SAMPLES / "light.ulg"), "--sensor", __file__), "no table: expected lines of a time"),
         (("LOAD", "--battery", "1"), "--sensor and --battery belong to one"),
     ],
 )
