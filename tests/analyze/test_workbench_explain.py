@@ -170,6 +170,8 @@ def test_where_nothing_is_named_nothing_is_adopted_and_the_page_is_there(tmp_pat
     result = call(tmp_path, log, "--adopt", tmp_path / "better.toml")
     assert result.exit_code == 2
     assert "--adopt: nothing was named, the verdict is 'none'" in result.output
+    told = CliRunner().invoke(main, ["explain", "--help"]).output
+    assert "or if with --adopt the verdict names nothing" in " ".join(told.split())
     assert not (tmp_path / "better.toml").exists()
     page = (tmp_path / "out" / "explain.html").read_text(encoding="utf-8")
     assert "built-in one" not in result.output + page  # it explains what is missing: nothing is
