@@ -45,7 +45,7 @@ def damage_of(  # noqa: PLR0913
     """
     manoeuvres = manoeuvres_of(recording, segments, profiles)
     if not manoeuvres:
-        return None, "No motion lasted long enough for a profile, so none can be repeated."
+        return None, _none_to_repeat(segments)
     try:
         others = others_of(drawn[0], pack) if thorough else None
         spans = spans_of(segments)
@@ -54,6 +54,18 @@ def damage_of(  # noqa: PLR0913
         return None, f"The pack that stands for this one cannot be flown like this: {e}."
     except CalibrationError as e:
         return None, f"What is not known of the pack cannot be told: {e}."
+
+
+def _none_to_repeat(segments: Sequence[Segment]) -> str:
+    """Why no motion has a profile."""
+    mixed = [s for s in segments if s.motion is Motion.MIXED and s.basis is Basis.NONE]
+    if not mixed:
+        return "No motion lasted long enough for a profile, so none can be repeated."
+    return (
+        "Neither velocity nor command tells what was flown for "
+        f"{sum(s.duration_s for s in mixed):.1f} s, and no motion that is told lasted long enough "
+        "for a profile, so none can be repeated."
+    )
 
 
 def others_of(pack: Pack, choice: PackChoice | None) -> Others:

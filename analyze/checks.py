@@ -9,7 +9,8 @@ import click
 
 from analyze.pack_choice import PackChoice, read_pack
 from flightlogs.detect import HEAD_BYTES, detect
-from flightlogs.errors import NotALog
+from flightlogs.errors import LogError, NotALog
+from flightlogs.sensor import read_sensor
 from twin.bpx_file import CellError
 from twin.pack_file import PackFileError
 
@@ -26,6 +27,18 @@ def checked_pack(path: Path) -> PackChoice:
         return read_pack(path)
     except (PackFileError, CellError) as e:
         raise WrongUse(str(e)) from e
+
+
+def check_sensor(path: Path) -> None:
+    """That what was asked for as a sensor's recording is one; what was only found may be none."""
+    try:
+        with path.open("rb") as stream:
+            read_sensor(stream, name=click.format_filename(path))
+    except OSError as e:
+        shown = click.format_filename(path)
+        raise WrongUse(f"--sensor {shown}: cannot be read: {e.strerror or e}") from e
+    except LogError as e:
+        raise WrongUse(f"--sensor {e}") from e
 
 
 def make_writable(out: Path) -> None:

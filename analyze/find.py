@@ -10,6 +10,7 @@ from analyze.names import results_among
 
 SENSOR_SUFFIXES = (".sensor.csv", ".SENSOR.CSV", ".csv", ".CSV")  # SD cards shout
 LOG_SUFFIXES = (".ulg", ".px4log", ".tlog")  # of nothing else; .bin and .log are names of much
+EMPTY_SUFFIXES = (*LOG_SUFFIXES, ".bin", ".log")  # of a log where a card was not written
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -19,20 +20,20 @@ class Found:
     Attributes:
         logs: files to analyse, sorted, none twice; those that only have a log's name included.
         unreadable: files and folders that could not be looked into, with the reason.
-        passed_over: how many files in the folders are no logs.
+        passed_over: files in the folders that are no logs, sorted.
     """
 
     logs: tuple[Path, ...]
     unreadable: tuple[tuple[Path, str], ...]
-    passed_over: int
+    passed_over: tuple[Path, ...]
 
 
 def find(paths: Sequence[Path], *, besides: Path, is_log: Callable[[Path], bool]) -> Found:
     """Files as they are named, and the logs in folders, searched below.
 
     A file that is named is taken whatever it is, and one in a folder that is called a log, too: if
-    it is none, its reader says why. Folders with a leading dot, links to folders, the folder of the
-    results and the files of earlier ones are not searched.
+    it is none, or empty, its reader says why. Folders with a leading dot, links to folders, the
+    folder of the results and the files of earlier ones are not searched.
 
     Args:
         paths: files and folders.
@@ -47,7 +48,7 @@ def find(paths: Sequence[Path], *, besides: Path, is_log: Callable[[Path], bool]
         if path.resolve() in named:
             continue
         try:
-            if is_log(path) or _called_a_log(path.name):
+            if is_log(path) or _called_a_log(path):
                 named[path.resolve()] = path
             else:
                 others.append(path)
@@ -55,13 +56,14 @@ def find(paths: Sequence[Path], *, besides: Path, is_log: Callable[[Path], bool]
             unreadable.append((path, e.strerror or str(e)))
     logs = tuple(sorted(named.values()))
     sensors = {sensor for log in logs if (sensor := sensor_beside(log))}
-    passed_over = len({p for p in others if p not in sensors})
+    passed_over = tuple(sorted(set(others) - sensors))
     return Found(logs=logs, unreadable=tuple(unreadable), passed_over=passed_over)
 
 
-def _called_a_log(name: str) -> bool:
+def _called_a_log(path: Path) -> bool:
     """By its extension alone; `._flight.ulg` is what macOS puts beside a file on a card."""
-    return name.casefold().endswith(LOG_SUFFIXES) and not name.startswith("._")
+    suffixes = LOG_SUFFIXES if path.stat().st_size else EMPTY_SUFFIXES
+    return path.name.casefold().endswith(suffixes) and not path.name.startswith("._")
 
 
 def sensor_beside(log: Path) -> Path | None:

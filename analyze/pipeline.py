@@ -14,8 +14,9 @@ from analyze.replaying import gaps_of, replay
 from analyze.start import pack_of, pack_use
 from analyze.version import version
 from flightlogs.align import AlignedSensor, AlignmentRefused, align
-from flightlogs.assemble import assemble
+from flightlogs.assemble import AH_C, MOST_DRAWN, assemble
 from flightlogs.errors import LogError, LogWarning, Refusal
+from flightlogs.holes import measured_charge_C
 from flightlogs.log import FlightLog
 from flightlogs.read import read_log
 from flightlogs.recording import Recording
@@ -107,7 +108,10 @@ def read_flight(source: Source) -> Flight:
         cell,
         builtin=isinstance(reference, str),
     )
-    doubts = (*recording.warnings, *_doubts(recording, use, sensor, remarks))
+    doubts = (
+        *_still_doubtful(recording, source.pack),
+        *_doubts(recording, use, sensor, remarks),
+    )
     return Flight(
         log=log,
         recording=replace(recording, warnings=doubts),
@@ -200,6 +204,19 @@ def _recording(source: Source, log: FlightLog, sensor: Sensor) -> Recording:
             raise
         text = f"{e}. The sensor's recording was not used: {sensor.refusal}"
         raise Refusal(e.code, text) from e
+
+
+def _still_doubtful(recording: Recording, pack: PackChoice | None) -> tuple[LogWarning, ...]:
+    """What is doubtful in the log, but for what it lacks and the pack file states."""
+    if pack is None:
+        return recording.warnings
+    stated = {"cell_count_inferred"}
+    if pack.file.pack.capacity_ah is not None:
+        stated.add("capacity_unknown")
+        drawn_C = measured_charge_C(recording.time_s, recording.current_A)
+        if drawn_C <= MOST_DRAWN * AH_C * pack.file.pack.capacity_ah:  # else the current may be off
+            stated.add("capacity_doubtful")
+    return tuple(w for w in recording.warnings if w.code not in stated)
 
 
 def _doubts(

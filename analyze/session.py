@@ -7,7 +7,7 @@ from pathlib import Path
 
 import click
 
-from analyze.checks import WrongUse, checked_pack, is_log, writable
+from analyze.checks import WrongUse, check_sensor, checked_pack, is_log, writable
 from analyze.find import Found, find, sensor_beside
 from analyze.fleet import outcomes
 from analyze.interrupt import Asked, remembered
@@ -84,11 +84,15 @@ def _done(options: Options, pack: PackChoice | None, found: Found) -> int:
 
 def _found(options: Options) -> Found:
     found = find(options.paths, besides=options.out, is_log=is_log)
+    for path in found.passed_over if options.verbose else ():
+        click.echo(f"    passed over (no log)  {click.format_filename(path)}", err=True)
     if not found.logs and not found.unreadable:
         where = ", ".join(click.format_filename(p) for p in options.paths)
-        raise WrongUse(f"no flight log in {where} ({found.passed_over} files looked at)")
+        raise WrongUse(f"no flight log in {where} ({len(found.passed_over)} files looked at)")
     if options.sensor and len(found.logs) > 1:
         raise WrongUse(f"--sensor belongs to one log, but {len(found.logs)} are to be analysed")
+    if options.sensor:
+        check_sensor(options.sensor)
     return found
 
 
@@ -178,7 +182,7 @@ def _unreadable(path: Path, reason: str) -> Failure:
 
 def _sum(tally: Tally, found: Found) -> str:
     analysed = len(tally.done) - tally.kept
-    return closing_line(analysed, tally.kept, len(tally.failed), found.passed_over)
+    return closing_line(analysed, tally.kept, len(tally.failed), len(found.passed_over))
 
 
 def _fleet_written(out: Path, fleet: Fleet) -> bool:
@@ -199,6 +203,6 @@ def _fleet(tally: Tally, found: Found) -> Fleet:
             for d in tally.done
         ),
         failures=tuple(tally.failed),
-        passed_over=found.passed_over,
+        passed_over=len(found.passed_over),
         version=version(),
     )

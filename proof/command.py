@@ -22,7 +22,7 @@ from analyze.workbench.watch import watching
 from proof.check import check
 from proof.ledger import LedgerError
 from proof.outcome import Outcome, Proof
-from proof.places import PAGE, PROOF, in_the_way
+from proof.places import LEDGER, PAGE, PROOF, in_the_way
 from proof.run import Watch, prove
 from proof.shown import show
 from proof.simulated.draw import trials as simulated
@@ -168,6 +168,11 @@ def _check(out: Path) -> int:
         )
     try:
         found = check(out)
+    except FileNotFoundError as e:
+        raise WrongUse(
+            f"--check: no proof in {click.format_filename(out)}: {LEDGER} is missing; expected a "
+            "folder that twin prove wrote: give the one that was its --out"
+        ) from e
     except OSError as e:
         raise WrongUse(f"--check: no proof in {click.format_filename(out)}: {e}") from e
     except LedgerError as e:

@@ -8,23 +8,29 @@ from reports.section import Cell, Column, Row, Table
 from segment.segment import Motion
 from twin.damage import Lifetime, Lives, Study
 
+UNREACHED = "not reached"
+
 
 def life_rows(lives: Lives) -> tuple[Row, ...]:
     """What a pilot asks first."""
-    share = fixed(100 * lives.share, 0)
+    share, soon, gentle = fixed(100 * lives.share, 0), lives.soon, lives.gentle
+    always = "if always flown and charged like this, at this temperature"
+    same = f"the same with no current above {fixed(lives.most_A, 1)} A"
     return (
         Row(
             label=f"Flights to {share} % of the capacity",
-            value=_reached(lives.soon),
-            note=f"95 % interval {_interval(lives.soon)}; if always flown and charged like this, "
-            "at this temperature",
+            value=_reached(soon),
+            note=f"95 % interval {_interval(soon)}; {always}"
+            if _known(soon)
+            else f"{always}: {_why(soon)}",
         ),
         Row(
             label="What gentler flying would save",
-            value=_reached(lives.gentle),
-            unit="flights",
-            note=f"the same with no current above {fixed(lives.most_A, 1)} A, beside "
-            f"{_reached(lives.soon)}",
+            value=_reached(gentle),
+            unit="flights" if _known(gentle) else "",
+            note=f"{same}; as flown {_reached(soon)}"
+            if _known(gentle)
+            else f"{same}: {_why(gentle)}",
         ),
     )
 
@@ -40,7 +46,10 @@ def life_tables(study: Study) -> tuple[Table, ...]:
         (f"as flown, no current above {fixed(lives.most_A, 1)} A", lives.gentle),
         *((f"{plots.motion_name(Motion(name))} only", one) for name, one in lives.motions.items()),
     ]
-    rows = tuple((label, _reached(one), _interval(one)) for label, one in all_)
+    rows = tuple(
+        (label, _reached(one) if _known(one) else f"{UNREACHED}: {_why(one)}", _interval(one))
+        for label, one in all_
+    )
     return (
         Table(
             caption=f"Flights to {fixed(100 * lives.share, 0)} % of the first capacity. A motion "
@@ -88,10 +97,18 @@ def _of_mixes(lives: Lives) -> tuple[str, ...]:
     )
 
 
+def _known(one: Lifetime) -> bool:
+    return math.isfinite(one.reached)
+
+
 def _reached(one: Lifetime) -> str:
-    if math.isfinite(one.reached):
-        return fixed(one.reached, 0)
-    return f"ends before: {one.projection.ended}"
+    return fixed(one.reached, 0) if _known(one) else UNREACHED
+
+
+def _why(one: Lifetime) -> str:
+    """Why a lifetime has no number."""
+    ended = one.projection.ended
+    return f"before that, {ended}" if ended else "the projection did not come as far"
 
 
 def _interval(one: Lifetime) -> str:

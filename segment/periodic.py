@@ -61,7 +61,8 @@ def periodic_profiles(
 def _profile(
     recording: Recording, segments: Sequence[Segment], motion: Motion, maker: ProfileMaker
 ) -> PeriodicProfile | TooLittle:
-    known = [s for s in segments if s.motion is motion and s.basis is not Basis.NONE]
+    own = [s for s in segments if s.motion is motion]
+    known = [s for s in own if s.basis is not Basis.NONE]
     period_s = float(np.median(np.diff(recording.time_s)))
     parts = [_samples(recording, s, period_s) for s in known]
     parts = [p for p in parts if p.size >= 2]
@@ -72,7 +73,11 @@ def _profile(
             f"({count} samples); a profile needs {maker.least_s:g} s and "
             f"{maker.least_samples} samples"
         )
-        return TooLittle(motion=motion, source_s=source_s, reason=reason)
+        untold_s = sum(s.duration_s for s in own) - source_s
+        if untold_s:
+            untold = f"For {untold_s:.1f} s neither velocity nor command tells what was flown"
+            reason = f"{reason}. {untold}" if known else untold
+        return TooLittle(motion=motion, source_s=source_s + untold_s, reason=reason)
     source = character(parts, period_s)
     rings = [stitch(parts, round(trim_s / period_s)) for trim_s in maker.trims_s]
     wave, fidelity = _best(rings, source, period_s, maker)

@@ -68,8 +68,8 @@ class TooLittle:
 
     Attributes:
         motion: which one.
-        source_s: total duration of its segments.
-        reason: one sentence with the numbers.
+        source_s: total duration of its segments, whatever decided them; 0 if it was not flown.
+        reason: in words, with the numbers.
     """
 
     motion: Motion

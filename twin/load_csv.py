@@ -62,7 +62,8 @@ def read_load_csv(stream: TextIO, *, name: str) -> LoadTable:
     which each has a column ("Cell 1 / V") make the pack's voltage where no other column has it.
 
     Raises:
-        LoadError: a column is missing, a cell is no number, or a clock goes back; with the line.
+        LoadError: it is empty, a column is missing, a cell is no number, or a clock goes back; with
+            the line.
     """
     rows = csv.reader(stream)
     try:
@@ -71,6 +72,8 @@ def read_load_csv(stream: TextIO, *, name: str) -> LoadTable:
         of_cells = cell_columns(header, name)
     except (csv.Error, CalibrationError) as e:
         raise LoadError(f"{name}: {str(e).removeprefix(f'{name}: ')}") from e
+    if not lines and not any(title.strip() for title in header):
+        raise LoadError(f"{name}: the file is empty; expected a recording of time and current")
     places = _places(header, of_cells)
     for ours in ("time_s", "current_A"):
         if ours not in places:

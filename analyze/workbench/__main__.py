@@ -260,8 +260,8 @@ def explain(**options: object) -> None:
     its ageing, the pack, the instruments) is fitted to the recordings and judged on what was not
     fitted; what is real and has no name among them is said to be unknown. explain.html shows it.
 
-    The exit code is 0 if there is a verdict, 2 if a file or an option cannot be used, 130 after
-    Ctrl-C.
+    The exit code is 0 if there is a verdict, 2 if a file or an option cannot be used, or if with
+    --adopt the verdict names nothing (all else is written), 130 after Ctrl-C.
     """
     _leave_with("analyze.workbench.explain", options)
 

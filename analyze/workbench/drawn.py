@@ -11,7 +11,7 @@ import click
 import numpy as np
 import numpy.typing as npt
 
-from analyze.checks import WrongUse, is_log
+from analyze.checks import WrongUse, check_sensor, is_log
 from analyze.conceal import Channel
 from analyze.find import sensor_beside
 from analyze.names import printable
@@ -109,6 +109,8 @@ def read_drawn(ask: Ask, choice: PackChoice) -> Drawn:
 def _of_log(log: Path, ask: Ask, choice: PackChoice) -> Drawn:
     if ask.between:
         raise WrongUse(f"{click.format_filename(log)} is a flight log: --between belongs to a CSV")
+    if ask.sensor:
+        check_sensor(ask.sensor)
     flight = read_flight(
         Source(log=log, sensor=ask.sensor or sensor_beside(log), pack=choice, battery=ask.battery,
                concealed=ask.concealed)

@@ -7,7 +7,7 @@ import pytest
 
 from analyze.assessing import damage_of, manoeuvres_of, speed_m_s
 from segment.profile import PeriodicProfile
-from segment.segment import Motion
+from segment.segment import Basis, Motion
 from tests.reports import example
 from twin.builtin import load_cell
 from twin.load import Load
@@ -53,6 +53,16 @@ def test_without_a_motion_the_reason_is_told() -> None:
     )
     assert found is None
     assert "No motion lasted long enough" in why
+
+
+def test_a_flight_of_which_nothing_tells_the_motion_is_not_said_to_be_too_short() -> None:
+    untold = [
+        replace(s, motion=Motion.MIXED, basis=Basis.NONE) if s.motion is Motion.HOVER else s
+        for s in example.segments()
+    ]
+    found, why = damage_of(example.recording(), untold, {}, (PACK, LOAD), thorough=False)
+    assert found is None
+    assert "tells what was flown for 16.0 s" in why
 
 
 def test_a_pack_far_too_small_is_said_to_be_so() -> None:

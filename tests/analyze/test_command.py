@@ -16,6 +16,8 @@ from flightlogs.errors import LogDamaged, NotALog
 from reports import result as schema
 from tests.analyze.calls import FILES, PACK, call, made, put
 
+SENSOR = "time_s,current_A\n0,1\n1,2\n2,3\n3,1\n4,2\n"
+
 
 @pytest.mark.usefixtures("analysed")
 def test_a_log_gives_its_files_and_exit_code_0(tmp_path) -> None:
@@ -33,7 +35,7 @@ def test_a_worker_in_another_folder_finds_every_file(tmp_path, monkeypatch, argu
     jobs: list[Job] = []
     monkeypatch.setattr(session, "outcomes", lambda all_, **_: iter(jobs.extend(all_) or ()))
     put(tmp_path, "flight.ulg")
-    (tmp_path / "flight.csv").write_text("time,current\n", encoding="utf-8")
+    (tmp_path / "flight.csv").write_text(SENSOR, encoding="utf-8")
     call(tmp_path, "flight.ulg", *arguments)
     (job,) = jobs
     assert (job.log, job.sensor) == (tmp_path / "flight.ulg", tmp_path / "flight.csv")
@@ -51,7 +53,7 @@ def test_an_unreadable_sensor_fails_a_flight_only_if_it_was_asked_for(
 
     monkeypatch.setattr(analyze.job, "sha256_of", sha256_of)
     put(tmp_path, "flight.ulg")
-    (tmp_path / "flight.csv").write_text("time,current\n", encoding="utf-8")
+    (tmp_path / "flight.csv").write_text(SENSOR, encoding="utf-8")
     run = call(tmp_path, "flight.ulg", *arguments)
     assert run.exit_code == code
     assert ("(permission_error)" in run.stderr) == bool(code)
@@ -94,6 +96,16 @@ def test_a_folder_gives_an_index_a_table_and_the_failures(tmp_path) -> None:
     assert sorted(table["file"].to_pylist()) == ["deep/a.ulg", "logs/a.ulg"]
     assert table["left_out"].to_pylist() == [None, None]
     assert "a/report.html" in (tmp_path / "o/index.html").read_text(encoding="utf-8")
+
+
+@pytest.mark.usefixtures("analysed")
+def test_what_is_passed_over_is_named_if_asked_for(tmp_path) -> None:
+    put(tmp_path, "logs/a.ulg")
+    (tmp_path / "logs/update.bin").write_bytes(b"firmware")
+    assert "update.bin" not in call(tmp_path, "logs").output
+    assert "passed over (no log)  logs/update.bin" in call(tmp_path, "logs", "-v").stderr
+    (tmp_path / "logs/a.ulg").unlink()
+    assert "passed over (no log)  logs/update.bin" in call(tmp_path, "logs", "-v").stderr
 
 
 @pytest.mark.usefixtures("analysed")
@@ -195,6 +207,10 @@ WRONG = {
     ),
     "an unknown effect": (["a.ulg", "--pack", "effect.toml"], "no effect 'memory'"),
     "one sensor for two": (["a.ulg", "b.ulg", "--sensor", "s.csv"], "--sensor belongs to one log"),
+    "no sensor": (
+        ["a.ulg", "--sensor", "texts/x.txt"],
+        "--sensor texts/x.txt: no table: expected lines of a time and a current",
+    ),
     "no worker": (["a.ulg", "--jobs", "0"], "not in the range"),
     "two kinds of workers": (["a.ulg", "--jobs", "2", "--scheduler", "tcp://x"], "only one"),
     "no scheduler": (["a.ulg", "--scheduler", "nowhere"], "no Dask scheduler answers there"),

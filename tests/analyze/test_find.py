@@ -25,7 +25,7 @@ def is_log(path: Path) -> bool:
 
 def found(folder: Path, *paths: str) -> tuple[list[str], int]:
     got = find([folder / p for p in paths], besides=folder / "analysis", is_log=is_log)
-    return [p.relative_to(folder).as_posix() for p in got.logs], got.passed_over
+    return [p.relative_to(folder).as_posix() for p in got.logs], len(got.passed_over)
 
 
 def test_folders_are_searched_below_by_content_and_what_is_no_log_is_counted(tmp_path) -> None:
@@ -42,6 +42,13 @@ def test_a_file_that_is_called_a_log_is_taken_and_one_that_may_be_anything_is_no
     (tmp_path / "empty.ulg").touch()
     touch(tmp_path, "c.ULG/b.tlog", "d.px4log", "e.TLOG", "f.bin", "g.log", "._h.tlog", "ulg")
     assert found(tmp_path, ".") == (["c.ULG/b.tlog", "d.px4log", "e.TLOG", "empty.ulg"], 4)
+
+
+def test_an_empty_file_with_the_name_of_any_log_is_taken(tmp_path) -> None:
+    empty = ["a.bin", "b.LOG", "c.px4log", "d.tlog", "e.ulg"]
+    for name in (*empty, "f.txt", "._g.bin"):
+        (tmp_path / name).touch()
+    assert found(tmp_path, ".") == (empty, 2)
 
 
 def test_a_file_that_is_named_and_in_a_folder_too_counts_once(tmp_path) -> None:

@@ -7,7 +7,7 @@ import pytest
 
 from analyze import pipeline
 from analyze.pack_choice import read_pack
-from analyze.pipeline import Inputs, analyse
+from analyze.pipeline import Inputs, Source, analyse, read_flight
 from flightlogs.align import AlignedSensor, AlignmentRefused
 from flightlogs.errors import LogError, LogWarning, Refusal
 from flightlogs.sensor import SensorCounts, SensorLog
@@ -29,6 +29,7 @@ class Readers:
         self.asked: dict[str, object] = {}
         self.align_error: LogError | None = None
         self.refusal: Refusal | None = None
+        self.warnings = example.recording().warnings
         monkeypatch.setattr(pipeline, "read_log", lambda _, name: example.log(name))
         monkeypatch.setattr(pipeline, "read_sensor", self.read_sensor)
         monkeypatch.setattr(pipeline, "align", self.align)
@@ -63,6 +64,7 @@ class Readers:
         return example.recording(
             alignment=example.recording().alignment if sensor else None,
             current_source="sensor" if sensor else "autopilot",
+            warnings=self.warnings,
         )
 
 
@@ -168,6 +170,29 @@ def test_the_pack_file_is_obeyed_and_its_disagreement_with_the_log_is_told(tmp_p
     assert report.replay.solution.soc[0] == pytest.approx(0.8, abs=1e-3)
     assert "series_disagree" in codes(report)
     assert "series_disagree" not in codes(analysed(tmp_path, pack=PACK))
+
+
+@pytest.mark.parametrize(
+    ("pack", "left"),
+    [
+        ("", ["cell_count_inferred", "capacity_unknown", "capacity_doubtful"]),
+        (PACK, ["capacity_unknown", "capacity_doubtful"]),
+        (PACK + "capacity_ah = 2.2\n", []),
+        (PACK + "capacity_ah = 0.1\n", ["capacity_doubtful"]),  # more was drawn
+    ],
+)
+def test_what_the_log_lacks_and_the_pack_file_states_is_no_doubt(
+    tmp_path: Path, readers: Readers, pack: str, left: list[str]
+) -> None:
+    lacks = ("cell_count_inferred", "capacity_unknown", "capacity_doubtful")
+    readers.warnings = tuple(LogWarning(code, "state it in pack.toml") for code in lacks)
+    (tmp_path / "flight.ulg").touch()
+    (tmp_path / "pack.toml").write_text(pack, encoding="utf-8")
+    choice = read_pack(tmp_path / "pack.toml") if pack else None
+    flight = read_flight(
+        Source(log=tmp_path / "flight.ulg", sensor=None, pack=choice, battery=None)
+    )
+    assert [w.code for w in flight.recording.warnings] == left
 
 
 @pytest.mark.usefixtures("readers")

@@ -170,6 +170,8 @@ def test_where_nothing_is_named_nothing_is_adopted_and_the_page_is_there(tmp_pat
     result = call(tmp_path, log, "--adopt", tmp_path / "better.toml")
     assert result.exit_code == 2
     assert "--adopt: nothing was named, the verdict is 'none'" in result.output
+    told = CliRunner().invoke(main, ["explain", "--help"]).output
+    assert "or if with --adopt the verdict names nothing" in " ".join(told.split())
     assert not (tmp_path / "better.toml").exists()
     page = (tmp_path / "out" / "explain.html").read_text(encoding="utf-8")
     assert "built-in one" not in result.output + page  # it explains what is missing: nothing is
@@ -215,7 +217,7 @@ def test_a_log_has_its_motions_in_the_spans(tmp_path: Path) -> None:
         (("short.csv",), "11 samples with current and voltage in flight, expected 50 or more"),
         (("hop.csv",), "12 s of flight, expected 15 s or more: give a longer recording"),
         (("cell.csv",), "4.100 V is 1.025 V a cell with 4 in series"),
-        (("empty.csv",), "no column 'time_s'"),
+        (("empty.ulg",), "empty.ulg: the file is empty"),
         (("back.csv",), "back.csv, line 4: the clock goes back, from 9 s to 8 s (1 such lines)"),
         ((str(SAMPLES / "light.ulg"), "--between", "hold"), "log: --between belongs to a CSV"),
         (("a.csv", "--battery", "1"), "is no flight log: --sensor and --battery belong to one"),
@@ -238,7 +240,7 @@ def test_wrong_use_is_told_before_any_work(
     for name, lines in rows.items():
         text = heads + "".join(f"{t},{i},{v}\n" for t, i, v in lines)
         (tmp_path / f"{name}.csv").write_text(text, encoding="utf-8")
-    (tmp_path / "empty.csv").write_text("", encoding="utf-8")
+    (tmp_path / "empty.ulg").touch()
     (tmp_path / "bad.csv").write_text("t,i\n0,1\n", encoding="utf-8")
     (tmp_path / "own.toml").write_text("# mine\n", encoding="utf-8")
     before = {p.name for p in tmp_path.iterdir()} | {"pack.toml"}

@@ -44,7 +44,7 @@ def table(folder: Path, name: str) -> list[dict[str, str]]:
     [
         ("t,current_A\n0,1\n", "(s or ms or us or min or h) in its header, such as 'Time / s';"),
         ("time_s;current_A\n0;1\n", "columns have to be parted by commas"),
-        ("", "no column 'time_s'"),
+        ("", "load.csv: the file is empty; expected a recording of time and current"),
         ("time_s,current_A\n0,1\n1,x\n", "load.csv, line 3: current_A is 'x', no number"),
         ("time_s,current_A\n", "no line has a time and a current"),
         ("time_s,current_A\n1,nan\n", "no line has a time and a current"),
@@ -177,6 +177,7 @@ def test_a_rate_sweep_goes_down_to_the_cut_off(tmp_path: Path) -> None:
         (("--c-rate", "inf"), "expected numbers above 0"),
         (("LOAD", "--ambient-c", "25,-99"), "expected numbers above -73, 126 at most, with commas"),
         ((str(SAMPLES / "light.ulg"), "--between", "hold"), "log: --between belongs to a CSV"),
+        ((str(SAMPLES / "light.ulg"), "--sensor", __file__), "no table: expected lines of a time"),
         (("LOAD", "--battery", "1"), "--sensor and --battery belong to one"),
     ],
 )

@@ -59,7 +59,8 @@ def test_files_a_line_a_trial_and_a_check(tmp_path: Path, monkeypatch: pytest.Mo
 def test_wrong_use(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     nothing = call("--check", tmp_path)
     assert nothing.exit_code == 2
-    assert "no proof in" in nothing.output
+    assert f"{LEDGER} is missing; expected a folder that twin prove wrote" in nothing.output
+    assert "Errno" not in nothing.output
     monkeypatch.setattr(command, "NEEDED", ("cryptography", "no_such_simulator"))
     missing = call("--out", tmp_path / "out")
     assert missing.exit_code == 2

@@ -73,11 +73,34 @@ def test_the_life_is_told_with_its_interval_and_what_ends_it() -> None:
     section = shown(report(thorough=True))
     assert section.rows[0].value == "812"
     assert f"{significant(lower, 2)} to {significant(upper, 2)}" in section.rows[0].note
-    assert "cut-off" in section.rows[1].value
     (table,) = [t for t in section.tables if t.caption.startswith("Flights to 80 %")]
+    why = "not reached: before that, in the flight the voltage reached the lower cut-off"
+    assert [c.text for c in table.rows[2]][1:] == [why, "–"]
     assert [row[0].text for row in table.rows][-1] == "hover only"
     assert any("gives 870, the flight itself 812" in note for note in section.notes)
     assert any("factor 10 in the growth of SEI" in note for note in section.notes)
+
+
+def test_a_life_without_a_number_is_a_sentence() -> None:
+    study = example.study(thorough=True)
+    assert study.lives is not None
+    gentle = shown(report(thorough=True)).rows[1]
+    why = "before that, in the flight the voltage reached the lower cut-off"
+    assert (gentle.value, gentle.unit) == ("not reached", "")
+    assert gentle.note == f"the same with no current above 24.0 A: {why}"
+    lives = replace(study.lives, soon=study.lives.gentle)
+    lives = replace(lives, gentle=study.lives.soon)
+    other = shown(example.report(damage=replace(study, lives=lives))).rows[1]
+    assert other.note == "the same with no current above 24.0 A; as flown not reached"
+    lives = replace(lives, gentle=lives.soon)
+    soon, gentle = shown(example.report(damage=replace(study, lives=lives))).rows
+    assert (soon.value, soon.unit) == ("not reached", "")
+    assert soon.note == f"if always flown and charged like this, at this temperature: {why}"
+    assert gentle.note == f"the same with no current above 24.0 A: {why}"
+    lives = replace(study.lives, gentle=study.lives.soon)
+    gentle = shown(example.report(damage=replace(study, lives=lives))).rows[1]
+    assert (gentle.value, gentle.unit) == ("812", "flights")
+    assert gentle.note == "the same with no current above 24.0 A; as flown 812"
 
 
 def test_a_pilot_reads_what_a_flight_costs_and_that_the_constants_are_an_example() -> None:

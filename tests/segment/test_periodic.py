@@ -91,6 +91,9 @@ def test_what_rests_on_no_velocity_gets_no_profile():
     assert [s.basis for s in cut(recording)] == [Basis.NONE]
     profiles = periodic_profiles(recording, cut(recording))
     assert all(isinstance(p, TooLittle) for p in profiles.values())
+    assert {m for m, p in profiles.items() if p.source_s} == {Motion.MIXED}
+    assert "For 89.9 s neither" in profiles[Motion.MIXED].reason
+    assert "0 segments" not in profiles[Motion.MIXED].reason
 
 
 def test_a_constant_current_gives_a_constant_profile_without_any_deviation():
