@@ -5,9 +5,11 @@ from dataclasses import replace
 from itertools import combinations
 from math import hypot
 
+import numpy as np
+
 from twin.mismatch.choose import scale_of
 from twin.mismatch.decide import Decision, decide
-from twin.mismatch.finding import NamedEffect, Verdict
+from twin.mismatch.finding import NamedEffect, Value, Verdict
 from twin.mismatch.flight import Flight, MismatchError
 from twin.mismatch.hypothesis import Hypothesis
 from twin.mismatch.search import search
@@ -44,11 +46,13 @@ def contradiction(
             return together, ()
     if agree(list(alone.values())):
         return together, ()
-    effects: dict[str, NamedEffect] = {}
+    named: dict[str, list[NamedEffect]] = {}
     for decision in alone.values():
-        effects |= {e.id: e for e in decision.effects}
+        for e in decision.effects:
+            named.setdefault(e.id, []).append(e)
+    effects = tuple(_of_all(own) for own in named.values())
     remarks = tuple(f"{name} alone: {_words(decision)}" for name, decision in alone.items())
-    return replace(together, verdict=Verdict.AMBIGUOUS, effects=tuple(effects.values())), remarks
+    return replace(together, verdict=Verdict.AMBIGUOUS, effects=effects), remarks
 
 
 def agree(decisions: Sequence[Decision]) -> bool:
@@ -60,6 +64,21 @@ def agree(decisions: Sequence[Decision]) -> bool:
         for a, b in combinations(told, 2)
         for name in a.keys() & b.keys()
     )
+
+
+def _of_all(own: Sequence[NamedEffect]) -> NamedEffect:
+    """What recordings say of one effect: the mean of each number, which scatters as they do."""
+    told: dict[str, list[Value]] = {}
+    for v in (v for e in own for v in e.parameters):
+        told.setdefault(v.name, []).append(v)
+    return replace(own[0], parameters=tuple(_mean(values) for values in told.values()))
+
+
+def _mean(own: Sequence[Value]) -> Value:
+    """Of one number; it is off by its own error and by what they differ."""
+    values, stds = ([getattr(v, name) for v in own] for name in ("value", "std"))
+    std = hypot(float(np.sqrt(np.mean(np.square(stds)))), float(np.std(values)))
+    return replace(own[0], value=float(np.mean(values)), std=std)
 
 
 def _words(decision: Decision) -> str:

@@ -4,6 +4,7 @@ from collections.abc import Callable
 from types import SimpleNamespace
 from typing import Any, cast
 
+import numpy as np
 import pytest
 
 from tests.twin.mismatch.recordings import flown
@@ -12,15 +13,18 @@ from twin.effects import CurrentGain
 from twin.mismatch import HYPOTHESES, Flight, Verdict, contradict, explain
 from twin.mismatch.contradict import agree
 from twin.mismatch.decide import Decision
-from twin.mismatch.finding import Value
+from twin.mismatch.finding import NamedEffect, Value
 
 GAINS = [h for h in HYPOTHESES if h.id == "current_gain"]
 
 
 def said(effect: str, value: float, std: float = 0.01) -> Any:
     numbers = (Value(name="shift_s", value=value, std=std, unit="s"),)
-    effects = (SimpleNamespace(id=effect, parameters=numbers),) if effect else ()
-    return SimpleNamespace(effects=effects)
+    named = NamedEffect(
+        id=effect, pack_id=effect, probability=1.0, parameters=numbers, instead={},
+        equation="", source="", signature="",
+    )  # fmt: skip
+    return SimpleNamespace(effects=(named,) if effect else ())
 
 
 @pytest.mark.parametrize(
@@ -76,3 +80,7 @@ def test_what_all_say_alike_and_is_not_so_together_stays_unknown(
     )
     assert told.verdict is verdict
     assert len(remarks) == (2 if verdict is Verdict.AMBIGUOUS else 0)
+    for e in told.effects:  # of all, not of the last
+        (shift,) = e.parameters
+        assert shift.value == pytest.approx(np.mean(shifts_s))
+        assert shift.std == pytest.approx(np.hypot(0.01, np.std(shifts_s)))
