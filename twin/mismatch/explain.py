@@ -119,12 +119,13 @@ def _stated(slow_V: float | None) -> Iterator[str]:
 def _noisy(data: Data) -> Iterator[str]:
     """Of recordings that are not taken as they are."""
     told = {f.name: w.noise.current_A for f, w in (*data.fitted, *data.held_out)}
-    for name, noise_A in told.items():
-        if noise_A:
-            yield (
-                f"{name}: the recorded current has noise of {noise_A:.2g} A, to which the voltage "
-                "does not answer: the likeliest current behind it is taken"
-            )
+    if sizes := ", ".join(
+        f"{noise_A:.2g} A in {name}" for name, noise_A in told.items() if noise_A
+    ):
+        yield (
+            f"The recorded current has noise, {sizes}, to which the voltage does not answer: the "
+            "likeliest current behind it is taken"
+        )
 
 
 def _begun(data: Data) -> Iterator[str]:

@@ -54,6 +54,8 @@ def test_noise_of_a_smooth_current_is_nothing_that_was_left_out(
     assert finding.verdict is (Verdict.NAMED if truth else Verdict.NONE)
     assert [e.id for e in finding.effects] == said
     assert finding.errors.held_out_after < 1.1 * finding.errors.noise
+    (told,) = (r for r in finding.remarks if "recorded current has noise" in r)
+    assert all(f" A in flight {k}, " in told for k in (1, 2))
 
 
 def test_a_twin_that_answers_less_to_noise_is_no_better() -> None:
