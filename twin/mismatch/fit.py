@@ -142,7 +142,7 @@ class Fitted:
         """Residuals held out, each recording's start at its best within its tolerance."""
         r, own = self.ahead.residuals, self.ahead.slopes[:, self._shared :]
         inner = np.eye(own.shape[1]) + own.T @ own
-        pulled = own.T @ r + self.ahead_q[self._shared :]
+        pulled = own.T @ r + self._off[self._shared :]
         return np.asarray(r - own @ np.linalg.solve(inner, pulled))
 
     @property
@@ -180,8 +180,14 @@ class Fitted:
 
     @property
     def _off(self) -> FloatArray:
-        """(k,) by which starts held out are off their prior; the numbers are where they are."""
-        return np.append(np.zeros(self._shared), self.ahead_q[self._shared :])
+        """(k,) by which starts that were not fitted are off their prior.
+
+        The numbers are where they are, and so is the start of a recording of which parts were
+        fitted: that is paid for there.
+        """
+        fitted = {f.name for f in self.problem.flights}
+        own = np.array([f.name not in fitted for f in self.judge.flights])
+        return np.append(np.zeros(self._shared), self.ahead_q[self._shared :] * own)
 
     def verified(self) -> "Fitted":
         """With `kept`, where much is promised: beyond a bound or a bend there is nothing to gain.

@@ -72,5 +72,6 @@ def test_a_recording_of_which_parts_are_held_out_has_one_start() -> None:
     assert list(found.starts) == ["flight 1"]
     data = split([started(untold((), 1))], ())
     own = fit(data, ())
-    assert own.ahead_q[-1] == own.q[-1]
+    assert own.ahead_q[-1] == own.q[-1] != 0.0
+    assert own._off[-1] == 0.0
     assert starts_of(own)["flight 1"][0] == pytest.approx(late((), 1).pack.initial_soc, abs=0.01)
