@@ -41,7 +41,7 @@ def fitted(
     return changed, after
 
 
-def doubts(recording: Recording, use: PackUse) -> tuple[LogWarning, ...]:
+def doubts_of_fit(recording: Recording, use: PackUse) -> tuple[LogWarning, ...]:
     """What the log says against a fit to it."""
     board_K = recording.board_K
     if use.fit is None or board_K is None or use.initial_K > board_K - BELOW_BOARD_K:

@@ -6,7 +6,7 @@ from pathlib import Path
 
 from analyze.assessing import damage_of
 from analyze.conceal import Channel, without
-from analyze.fitting import doubts, fitted
+from analyze.fitting import doubts_of_fit, fitted
 from analyze.mismatching import mismatch_of
 from analyze.names import printable
 from analyze.pack_choice import DEFAULT_CELL, PackChoice, cell_of
@@ -150,7 +150,7 @@ def analyse(inputs: Inputs, *, clock: Callable[[], float]) -> FlightReport:
         thorough=inputs.thorough,
         pack=inputs.pack,
     )
-    said = (*flight.recording.warnings, *doubts(flight.recording, use))
+    said = (*flight.recording.warnings, *doubts_of_fit(flight.recording, use))
     return FlightReport(
         log=flight.log,
         recording=replace(flight.recording, warnings=said),

@@ -252,6 +252,8 @@ class Pack:
 
     def _start_soc(self, values: Mapping[str, float]) -> float:
         """Of the equal cells, whose `cell_parameters` are `values`."""
+        if not self.soc_by_rest:
+            return self.initial_soc
         offsets, gain = [w.soc_offset for w in self.weak], self.terminals / self.series
         n, p = self.cell.negative, self.cell.positive
         low, high = (
@@ -260,7 +262,7 @@ class Pack:
         )
         as_made = low == [n.stoichiometry_min, p.stoichiometry_min]
         as_made &= high == [n.stoichiometry_max, p.stoichiometry_max]
-        if not self.soc_by_rest or (as_made and gain == 1.0 and not any(offsets)):
+        if as_made and gain == 1.0 and not any(offsets):
             return self.initial_soc
 
         def rests_V(soc: float) -> float:

@@ -124,9 +124,9 @@ def test_a_fit_colder_than_the_barometer_ever_was_is_owned_up_to(
 ) -> None:
     recording = example.recording(board_K=board_K)
     use = replace(pack_use(recording, None, CELL, builtin=True), initial_K=275.15)
-    assert not fitting.doubts(recording, use)  # nothing was fitted
+    assert not fitting.doubts_of_fit(recording, use)  # nothing was fitted
     fit = Fitting(outcome=example.flight_fit(), before_V=0.1)
-    doubts = fitting.doubts(recording, replace(use, fitting=fit))
+    doubts = fitting.doubts_of_fit(recording, replace(use, fitting=fit))
     assert [w.code for w in doubts] == ["colder_than_board"] * said
     assert all("at 2.0 °C, but" in w.message for w in doubts)
 

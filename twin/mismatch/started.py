@@ -8,7 +8,7 @@ from scipy.optimize import minimize_scalar
 from twin.mismatch.fit import Fitted
 from twin.mismatch.flight import Flight
 from twin.mismatch.left import beyond_cut_offs, left_V
-from twin.simulate import simulate
+from twin.simulate import simulate_all
 
 LEAST, MOST, TRIED = 0.05, 1.0, 20  # states of charge
 CLOSE = 1e-4
@@ -23,14 +23,19 @@ def started(flight: Flight) -> Flight:
         return flight
     pack = beyond_cut_offs(flight.pack)
 
-    def missed_V2(soc: float) -> float:
-        left = left_V(flight, pack, simulate(replace(pack, initial_soc=soc), flight.load))
-        return float(np.mean(left[flight.judged] ** 2))
+    def missed_V2(*socs: float) -> list[float]:
+        done = simulate_all([(replace(pack, initial_soc=soc), flight.load) for soc in socs])
+        left = [left_V(flight, pack, solution)[flight.judged] for solution in done]
+        return [float(np.mean(own**2)) for own in left]
 
     tried = np.linspace(LEAST, MOST, TRIED)
-    nearest = int(np.argmin([missed_V2(soc) for soc in tried.tolist()]))
-    between = tried[max(nearest - 1, 0)], tried[min(nearest + 1, TRIED - 1)]
-    best = minimize_scalar(missed_V2, bounds=between, method="bounded", options={"xatol": CLOSE})
+    nearest = int(np.argmin(missed_V2(*tried.tolist())))
+    best = minimize_scalar(
+        lambda soc: missed_V2(soc)[0],
+        bounds=(tried[max(nearest - 1, 0)], tried[min(nearest + 1, TRIED - 1)]),
+        method="bounded",
+        options={"xatol": CLOSE},
+    )
     return replace(flight, pack=replace(flight.pack, initial_soc=float(best.x)))
 
 
