@@ -25,7 +25,6 @@ from twin.bpx_out import write_bpx
 from twin.builtin import load_cell
 from twin.calibrate.answer import answer
 from twin.calibrate.checks import fitted, predicted
-from twin.calibrate.objective import READ_K
 from twin.calibrate.out import cell_of
 from twin.calibrate.parameters import WARMING
 from twin.calibrate.reference import ReferenceTest
@@ -41,7 +40,7 @@ from twin.whole_file import write_whole
 
 FloatArray = npt.NDArray[np.float64]
 
-VERSION = 18  # of what is kept: raise it where the same inputs give another calibration
+VERSION = 19  # of what is kept: raise it where the same inputs give another calibration
 ALIKE = 0.8  # of a current: more is about as fast
 LEAST_TESTS = 2  # whole ones: one alone tells no losses
 RESTS = 0.02  # of the largest current: less is a rest, whose voltage is that of the open circuit
@@ -265,9 +264,12 @@ def nearest(given: Given, tests: Sequence[ReferenceTest]) -> tuple[int, ...]:
 
 def _warming_K(best: Progress) -> float:
     """Rms by which the temperatures of all tests are missed; 0 without any."""
-    warm = sum(t.at.size for k, t in enumerate(best.problem.tests) if best.problem.warming(k))
-    missed = best.problem.residuals(best.q)[-warm:] if warm else np.zeros(1)
-    return READ_K * float(np.sqrt(np.mean(missed**2)))
+    tests = [t for k, t in enumerate(best.problem.tests) if best.problem.warming(k)]
+    if not tests:
+        return 0.0
+    sigma_K = np.concatenate([np.full(t.at.size, t.sigma_K) for t in tests])
+    missed_K = best.problem.residuals(best.q)[-sigma_K.size :] * sigma_K
+    return float(np.sqrt(np.mean(missed_K**2)))
 
 
 def charged_to(cell: Cell, full_V: float, empty_V: float) -> Cell:

@@ -37,8 +37,6 @@ from twin.pack import Pack
 
 FloatArray = npt.NDArray[np.float64]
 
-READ_K = 1.0
-"""By what a surface is not as warm as the cell is on the whole, and a lump of heat not the cell."""
 AT_ONCE = 8  # points whose whole responses are held
 SPAN_K = 8.0  # of the tests' temperatures: less does not tell an activation energy from a rate
 
@@ -185,7 +183,7 @@ class Problem:
     def _missed_K(self, answer: Simulated, test: int) -> FloatArray:
         measured_K = self.tests[test].temperature_K
         assert measured_K is not None
-        return np.asarray((measured_K - answer.temperature_K) / READ_K)
+        return np.asarray((measured_K - answer.temperature_K) / self.tests[test].sigma_K)
 
     def linearised(self, q: FloatArray) -> tuple[FloatArray, FloatArray]:
         """`residuals` and their derivative by q; Infeasible if no cell has these values."""
@@ -202,7 +200,7 @@ class Problem:
             if self.warming(k):
                 assert simulated.warming_by_q is not None
                 warm.append(self._missed_K(simulated, k))
-                warming.append(-simulated.warming_by_q / READ_K)
+                warming.append(-simulated.warming_by_q / test.sigma_K)
         mapped = self.mapped(q, 0)
         fillers, by_filler = self.missed_fillers(mapped.derived)
         by_q = by_filler[:, None] * self.chain(q, mapped.derived_by_values[FILLERS], 0)

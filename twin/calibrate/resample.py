@@ -29,6 +29,8 @@ FLOOR_V = 1e-3
 """What the model may miss in each kept sample, beside noise: without it a mean over a minute would
 outweigh all else."""
 LEAST_NOISE_V = 1e-4
+READ_K = 1.0
+"""By what a surface is not as warm as the cell is on the whole, and a lump of heat not the cell."""
 START_SAMPLES = 5  # of a rest: their mean is the voltage at the start
 RESTED_V = 5e-3  # how well the first samples of a rest tell the open-circuit voltage
 LOADED_V = 0.1  # about what a cell loses at once at 1C: as much is unknown where a test starts so
@@ -50,6 +52,7 @@ class Sampled:
         start_V: about the open-circuit voltage at the start,
         start_sigma_V: and how well that is known.
         temperature_K: (m,) measured on the cell there; None if it was not.
+        sigma_K: standard deviation of that minus simulated, as expected.
         mount: of the test.
         missed_V: (m,) what coarse steps and mesh miss there, added to what is simulated.
         model_V: what the model may miss in each sample, beside noise and FLOOR_V; in `sigma_V`.
@@ -66,6 +69,7 @@ class Sampled:
     start_V: float
     start_sigma_V: float
     temperature_K: FloatArray | None = None
+    sigma_K: float = READ_K
     mount: str = ""
     missed_V: FloatArray | float = 0.0
     model_V: float = 0.0
@@ -81,9 +85,12 @@ class Sampled:
         return replace(self, sigma_V=sigma_V, missed_V=0.0)
 
     def of_a_model(self, missed_V: float, alike: float) -> "Sampled":
-        """Expected to be missed by `missed_V`, in so many stretches of samples that err alike."""
-        model_V = missed_V * float(np.sqrt(max(1.0, self.at.size / alike)))
-        return replace(self, model_V=model_V).as_expected()
+        """Expected to be missed by `missed_V`, in so many stretches of samples that err alike.
+
+        Its temperatures by READ_K, in as many.
+        """
+        share = float(np.sqrt(max(1.0, self.at.size / alike)))
+        return replace(self, model_V=missed_V * share, sigma_K=READ_K * share).as_expected()
 
 
 def sampled(test: ReferenceTest, capacity_C: float) -> Sampled:

@@ -1,7 +1,8 @@
 """From a good guess to the estimate: least squares, and what they must be given first.
 
-That is what coarse steps and mesh miss; then parameters that these tests do not tell are held at
-their prior. Before all this, what the twin may miss (`of_a_model`).
+That is what coarse steps and mesh miss; then the tests weigh as much as the twin misses them, and
+parameters that they do not tell are held at their prior. Before all this, what the twin may miss
+(`of_a_model`).
 """
 
 from collections.abc import Iterator
@@ -15,6 +16,7 @@ from twin.calibrate.answer import not_identified
 from twin.calibrate.cell_map import Infeasible
 from twin.calibrate.objective import Problem
 from twin.calibrate.polish import SMALL_GAIN, polish
+from twin.calibrate.resample import expected_V
 
 FloatArray = npt.NDArray[np.float64]
 
@@ -22,9 +24,9 @@ MISSED_V, STRETCHES = 5e-3, 50.0
 """What a twin may miss of a measured cell, and in how many stretches of a test by itself: as if all
 that it misses were noise, the thousand samples of a pulse test outweigh a discharge."""
 MOST_REFINEMENTS = 4
-MINDED = 2.0
-"""Of the cost, for each parameter held at its prior: as if that were two standard errors off; so
-many times more as the twin misses the tests by more than it may: what they say is worth less."""
+SAME_WEIGHTS, MOST_WEIGHTS = 0.1, 4
+"""Of what is missed: a smaller change is not worth another fit; and how many there are at most."""
+MINDED = 2.0  # of the cost, for each parameter held at its prior: as if two standard errors off
 UNNOTICED = 0.3
 """Norm of a change of the residuals that is not worth another fit: as these have unit variance, it
 moves no parameter by more of its standard errors."""
@@ -45,7 +47,30 @@ def settled(problem: Problem, start: FloatArray) -> Iterator[Settled]:
     for best in least_squares(problem, start):
         yield best
     assert best is not None
-    yield from held_back(best)
+    yield from weighed_and_held(best)
+
+
+def weighed_and_held(best: Settled) -> Iterator[Settled]:
+    """`weighed`, then `held_back`, from where `least_squares` end."""
+    end = best
+    for step in weighed(best):
+        yield (end := step)
+    yield from held_back(end)
+
+
+def weighed(best: Settled) -> Iterator[Settled]:
+    """Fitted again as if the twin missed each test by what it does in the middle, if that is more.
+
+    What it may miss is a guess. Where it misses far more, the tests would outweigh what is known
+    beforehand by as much, and what they hardly tell would follow what the twin lacks.
+    """
+    end = best
+    for _ in range(MOST_WEIGHTS):
+        before_V, missed_V = taken_V(end.problem), max(MISSED_V, _missed_V(end))
+        if not before_V or abs(missed_V / before_V - 1.0) < SAME_WEIGHTS:
+            return
+        for step in least_squares(of_a_model(end.problem, missed_V), end.q):
+            yield (end := step)
 
 
 def held_back(best: Settled) -> Iterator[Settled]:
@@ -60,8 +85,7 @@ def held_back(best: Settled) -> Iterator[Settled]:
     problem, steps = best.problem.holding(names), []
     with suppress(Infeasible):
         steps = list(least_squares(problem, np.where(problem.held, 0.0, best.q)))
-    worse = MINDED * len(names) * max(1.0, best.cost / _allowed(best.problem))
-    if steps and steps[-1].cost < best.cost + worse:
+    if steps and steps[-1].cost < best.cost + MINDED * len(names):
         yield from steps
 
 
@@ -83,15 +107,27 @@ def least_squares(
             return
 
 
-def of_a_model(problem: Problem) -> Problem:
-    """The same where the twin is not the cell: tests missed by MISSED_V and noise."""
-    return problem.of_other_tests([t.of_a_model(MISSED_V, STRETCHES) for t in problem.tests])
+def of_a_model(problem: Problem, missed_V: float = MISSED_V) -> Problem:
+    """The same where the twin is not the cell: tests missed by `missed_V`, and noise."""
+    return problem.of_other_tests([t.of_a_model(missed_V, STRETCHES) for t in problem.tests])
 
 
-def _allowed(problem: Problem) -> float:
-    """Cost of noise, and of what a twin may miss of the tests `of_a_model`."""
-    squares = [np.minimum((MISSED_V / t.sigma_V) ** 2, 1.0).sum() for t in problem.tests]
-    return 0.5 * float(sum(squares))
+def taken_V(problem: Problem) -> float:
+    """The `missed_V` of a problem `of_a_model`; 0 of another."""
+    return max(t.model_V / float(np.sqrt(max(1.0, t.at.size / STRETCHES))) for t in problem.tests)
+
+
+def _missed_V(best: Settled) -> float:
+    """What the twin misses in a sample, beside noise, of the test in the middle of all.
+
+    Not of all together: one that was recorded with an offset would take their weight from the rest.
+    """
+    tests, squares = best.problem.tests, []
+    ends = np.cumsum([t.at.size for t in tests])
+    for test, off in zip(tests, np.split(best.problem.residuals(best.q), ends), strict=False):
+        noise_V = expected_V(test.noise_V, test.count)
+        squares.append(np.mean((off * test.sigma_V) ** 2 - noise_V**2))
+    return float(np.sqrt(max(np.median(squares), 0.0)))
 
 
 def _moved(before: Problem, after: Problem) -> float:

@@ -1,4 +1,7 @@
-"""What a fit ends with: what its tests do not tell is held at its prior, if it may be."""
+"""What a fit ends with.
+
+Tests weigh as much as the twin misses them, what they do not tell is held at its prior if it may.
+"""
 
 from dataclasses import replace
 
@@ -6,8 +9,19 @@ import numpy as np
 import pytest
 
 from tests.twin.calibrate.synthetic import NOISE_V, cell_pack, empty_tests
+from twin.calibrate.objective import Problem
+from twin.calibrate.resample import READ_K, sampled
 from twin.calibrate.run import problem_of
-from twin.calibrate.settle import MINDED, Settled, held_back, least_squares
+from twin.calibrate.settle import (
+    MINDED,
+    MISSED_V,
+    STRETCHES,
+    Settled,
+    held_back,
+    least_squares,
+    of_a_model,
+    weighed,
+)
 
 TOLD, UNTOLD = "positive.diffusivity_m2_s", "negative.conductivity_S_m"
 
@@ -47,3 +61,45 @@ def test_what_the_tests_need_is_not(fitted: Settled, monkeypatch: pytest.MonkeyP
     names = [p.name for p in fitted.problem.parameters]
     assert abs(fitted.q[names.index(TOLD)]) > 1.0
     assert held(fitted, TOLD, monkeypatch) == []
+
+
+def of_what_no_twin_has(wave_V: float) -> Problem:
+    """A fast discharge of the cell that the fit starts from, and a wave that no parameter makes."""
+    only = ("capacity_C", TOLD, "positive.particle_radius_m", "electrolyte.diffusivity_factor")
+    (blank,) = empty_tests(cell_pack(), ("2C",))
+    problem = problem_of(cell_pack(), [blank], only=only)
+    voltage_V = problem.replayed(np.zeros(len(problem.free)), blank, float(blank.voltage_V[0]))
+    n = int(np.isfinite(voltage_V).sum())
+    wave_V *= np.sin(4 * np.pi * blank.time_s[:n] / blank.time_s[n - 1])
+    test = replace(
+        blank, time_s=blank.time_s[:n], current_A=blank.current_A[:n],
+        voltage_V=voltage_V[:n] + wave_V,
+    )  # fmt: skip
+    return of_a_model(problem_of(cell_pack(), [test], only=only))
+
+
+def test_tests_that_a_twin_misses_much_weigh_less() -> None:
+    problem = of_what_no_twin_has(0.03)
+    *_, loud = least_squares(problem, np.zeros(len(problem.free)))
+    *_, end = weighed(loud)
+    assert np.abs(loud.q).max() > 2.0  # standard deviations of the prior from the cell's own
+    assert np.abs(end.q).max() < 1.0
+    assert end.problem.rms_V(end.q, 0) < 1.1 * loud.problem.rms_V(loud.q, 0)
+    (test,), (before,) = end.problem.tests, problem.tests
+    missed_V = MISSED_V * test.model_V / before.model_V
+    assert missed_V == pytest.approx(end.problem.rms_V(end.q, 0), rel=0.1)
+
+
+def test_tests_that_a_twin_follows_weigh_what_they_did() -> None:
+    problem = of_what_no_twin_has(0.003)
+    *_, end = least_squares(problem, np.zeros(len(problem.free)))
+    assert list(weighed(end)) == []
+
+
+def test_temperatures_weigh_what_stretches_of_them_tell() -> None:
+    (blank,) = empty_tests(cell_pack(), ("2C",))
+    test = sampled(replace(blank, temperature_K=np.full(blank.time_s.size, 300.0)), 8000.0)
+    assert test.sigma_K == READ_K
+    assert test.at.size > STRETCHES
+    weight = test.at.size / test.of_a_model(MISSED_V, STRETCHES).sigma_K ** 2
+    assert weight == pytest.approx(STRETCHES / READ_K**2)
