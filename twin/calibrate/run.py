@@ -4,8 +4,8 @@ First the stoichiometry windows and the capacity from the slowest test, which sh
 then all parameters by least squares from there and from a second point, as if the twin missed each
 test by some millivolts; where it misses one by far more, from points of the prior (`starts.py`).
 Where it misses less, as if it were the cell. Where it is not, a search of the whole box, and least
-squares from what it found. Then `settle.py`. Last, where the tests demand it, a correction of the
-open-circuit curve.
+squares from what it found. Then, where the tests demand it, a correction of the open-circuit curve.
+Last `settle.py`: how much the tests weigh, and what they do not tell.
 """
 
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence

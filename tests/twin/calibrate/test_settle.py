@@ -24,6 +24,7 @@ from twin.calibrate.settle import (
     taken_V,
     weighed,
 )
+from twin.effects import SelfHeating
 
 TOLD, UNTOLD = "positive.diffusivity_m2_s", "negative.conductivity_S_m"
 
@@ -107,3 +108,16 @@ def test_temperatures_weigh_what_stretches_of_them_tell() -> None:
     assert test.at.size > STRETCHES
     weight = test.at.size / test.of_a_model(MISSED_V, STRETCHES).sigma_K ** 2
     assert weight == pytest.approx(STRETCHES / READ_K**2)
+
+
+def test_residuals_of_temperatures_are_over_what_is_expected_of_them() -> None:
+    (blank,) = empty_tests(cell_pack(), ("2C",))
+    pack = replace(cell_pack(), effects=(SelfHeating(heat_transfer_W_m2_K=20.0),))
+    test = replace(blank, temperature_K=np.full(blank.time_s.size, 310.0))
+    problem = problem_of(pack, [test], only=("heat_capacity_J_K",))
+    loose, q = of_a_model(problem), np.zeros(len(problem.free))
+    n, share = problem.tests[0].at.size, loose.tests[0].sigma_K / READ_K
+    assert share > 1.0
+    both = zip(problem.linearised(q), loose.linearised(q), strict=True)
+    for each_sample, in_stretches in both:
+        assert in_stretches[-n:] == pytest.approx(each_sample[-n:] / share)
