@@ -10,7 +10,7 @@ from twin.mismatch.choose import ALIKE, NEARLY_ALL, Model, judged, scale_of
 from twin.mismatch.finding import Candidate, NamedEffect, Value, Verdict
 from twin.mismatch.fit import Fitted
 from twin.mismatch.hypothesis import Hypothesis
-from twin.mismatch.sizes import deviations
+from twin.mismatch.sizes import uncertainty
 
 NUMERICS_V = 7.5e-4
 """Of a cell: what changes the voltage by less, rms, cannot be told from the error of the numerics.
@@ -240,7 +240,7 @@ def _numbers(fitted: Fitted, scale: float) -> dict[str, tuple[Value, ...]]:
     """Of each effect of a model, those that the recordings tell."""
     told = fitted.problem.told(np.sqrt(np.diag(fitted.covariance(scale))), TOLD)
     values = fitted.problem.values(fitted.q)
-    errors = fitted.problem.stds(fitted.q, deviations(fitted, scale))
+    errors = fitted.problem.stds(fitted.q, uncertainty(fitted, scale))
     return {
         h.id: tuple(
             Value(name=p.name, value=values[h.id][p.name], std=errors[h.id][p.name], unit=p.unit)

@@ -2,12 +2,16 @@
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
-from math import exp, log
+from math import exp, log, sqrt
+
+import numpy as np
+import numpy.typing as npt
 
 from twin.effects import (
     MEASURED,
     ActivationEnergies,
     AnyEffect,
+    ColdPack,
     InitialSoc,
     OcvHysteresis,
     Plating,
@@ -18,6 +22,11 @@ from twin.effects.effect import Parameter
 from twin.effects.likely import SENSOR
 from twin.pack import Pack
 
+FloatArray = npt.NDArray[np.float64]
+
+APART_K = 10.0
+"""By which a pack at the start usually differs from the air that it flies in: most are as warm, a
+few come out of a heated room into air of 0 to 25 degC."""
 STATED = log(1.2)
 """Of a stated heat transfer, at least: calibrations of one cell to several choices of its tests
 scatter by 4 to 10 % in four cells (`proof.recorded.base`)."""
@@ -91,6 +100,18 @@ class Hypothesis:
             )
             for p, value in zip(self.parameters, values, strict=True)
         )
+
+    @property
+    def mixes(self) -> FloatArray:
+        """(k, k) from numbers that do not depend on each other to `fitted`; deviations of priors.
+
+        Lower triangular, rows of length 1: that a pack is cold says that the air is.
+        """
+        if self.kind is not ColdPack:
+            return np.eye(len(self.fitted))
+        (deviation_K,) = {p.prior_std for p in self.parameters}
+        along = 1.0 - (APART_K / deviation_K) ** 2 / 2.0
+        return np.array([[1.0, 0.0], [along, sqrt(1.0 - along**2)]])
 
     def begins(self, pack: Pack) -> tuple[tuple[float, ...], ...]:
         """`starts`, or the one that `pack` gives."""

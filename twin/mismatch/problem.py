@@ -1,8 +1,9 @@
 """Recordings, and a twin with some hypotheses in it: whitened residuals and their derivatives.
 
-Coordinates q are standard deviations of the prior from its centre: those of the hypotheses, then
-the start of each recording (its state of charge is never known exactly), so that a wrong start
-cannot pose as physics, nor physics be eaten by more than the start's tolerance.
+Coordinates q are standard deviations of the prior from its centre, independent of each other
+(`Hypothesis.mixes`): those of the hypotheses, then the start of each recording (its state of charge
+is never known exactly), so that a wrong start cannot pose as physics, nor physics be eaten by more
+than the start's tolerance.
 """
 
 import os
@@ -11,6 +12,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 import numpy.typing as npt
+from scipy.linalg import block_diag
 
 from twin.kernel import Backend
 from twin.lanes import LANES
@@ -71,6 +73,7 @@ class Problem:
             for h in hypotheses
             for p, limits in zip(h.priors(pack), h.bounds(pack), strict=True)
         ]
+        self._mixes = block_diag(np.zeros((0, 0)), *(h.mixes for h in hypotheses))
 
     def beside(self, more: Sequence[Hypothesis], q: FloatArray) -> tuple["Problem", FloatArray]:
         """With more hypotheses at the centre of their priors, and q (k,) there."""
@@ -90,8 +93,10 @@ class Problem:
 
     @property
     def bounds(self) -> tuple[FloatArray, FloatArray]:
-        """(k,) least and largest coordinates."""
-        ends = [tuple(coordinate_of(p, v) for v in limits) for p, limits in self._terms]
+        """(k,) least and largest coordinates; where numbers depend on each other, no less wide."""
+        own = np.diag(self._mixes).tolist()
+        both = zip(self._terms, own, strict=True)
+        ends = [tuple(coordinate_of(p, v) / d for v in limits) for (p, limits), d in both]
         ends += [
             (-p.initial_soc / f.start_std, (1.0 - p.initial_soc) / f.start_std)
             for p, f in zip(self._packs, self.flights, strict=True)
@@ -118,12 +123,12 @@ class Problem:
         points: list[tuple[float, ...]] = [()]
         for own in ways:
             points = [(*a, *b) for a in points for b in own]
-        return [
-            np.array(
-                [coordinate_of(p, v) for (p, _), v in zip(self._terms, point, strict=True)]
-                + [0.0] * len(self.flights)
-            )
+        mixed = [
+            [coordinate_of(p, v) for (p, _), v in zip(self._terms, point, strict=True)]
             for point in points
+        ]
+        return [
+            np.append(np.linalg.solve(self._mixes, x), np.zeros(len(self.flights))) for x in mixed
         ]
 
     def values(self, q: FloatArray) -> dict[str, dict[str, float]]:
@@ -131,13 +136,15 @@ class Problem:
         given = iter(self._values(q))
         return {h.id: {name: next(given) for name in h.fitted} for h in self.hypotheses}
 
-    def stds(self, q: FloatArray, of_q: FloatArray) -> dict[str, dict[str, float]]:
-        """The same of standard deviations (k,) of the coordinates."""
+    def stds(self, q: FloatArray, covariance: FloatArray) -> dict[str, dict[str, float]]:
+        """Standard deviations of the same, by the covariance (k, k) of the coordinates."""
+        n = len(self._terms)
+        own = np.sqrt(np.diag(self._mixes @ covariance[:n, :n] @ self._mixes.T))
         scale = [
             p.prior_std * (value_of(p, x) if p.logarithmic else 1.0)
-            for (p, _), x in zip(self._terms, q.tolist(), strict=False)
+            for (p, _), x in zip(self._terms, self._mixed(q), strict=True)
         ]
-        given = iter(s * e for s, e in zip(scale, of_q.tolist(), strict=False))
+        given = iter(s * e for s, e in zip(scale, own.tolist(), strict=True))
         return {h.id: {name: next(given) for name in h.fitted} for h in self.hypotheses}
 
     def told(self, of_q: FloatArray, share: float) -> dict[str, tuple[str, ...]]:
@@ -290,8 +297,13 @@ class Problem:
     def _values(self, q: FloatArray) -> list[float]:
         return [
             min(max(value_of(p, x), limits[0]), limits[1])
-            for (p, limits), x in zip(self._terms, q.tolist(), strict=False)
+            for (p, limits), x in zip(self._terms, self._mixed(q), strict=True)
         ]
+
+    def _mixed(self, q: FloatArray) -> list[float]:
+        """Numbers of the hypotheses in deviations of their priors."""
+        mixed: list[float] = (self._mixes @ q[: len(self._terms)]).tolist()
+        return mixed
 
     def _columns(self, flight: int) -> list[int]:
         return [*range(len(self._terms)), len(self._terms) + flight]

@@ -1,4 +1,4 @@
-"""How well recordings tell the numbers of a model: `deviations`.
+"""How well recordings tell the numbers of a model: `uncertainty`.
 
 A twin has numbers that are known within errors: what reference tests leave open of diffusion, salt
 and kinetics, what a calibrated instrument may be off by (`Pack.standard_errors`). The recordings
@@ -21,8 +21,8 @@ from twin.mismatch.hypothesis import UNCERTAIN
 FloatArray = npt.NDArray[np.float64]
 
 
-def deviations(fitted: Fitted, scale: float) -> FloatArray:
-    """(k,) standard deviations of the coordinates of a model, in those of the prior.
+def uncertainty(fitted: Fitted, scale: float) -> FloatArray:
+    """(k, k) covariance of the coordinates of a model, in deviations of the prior.
 
     Args:
         fitted: the model.
@@ -34,10 +34,10 @@ def deviations(fitted: Fitted, scale: float) -> FloatArray:
     known = pack.standard_errors.keys() - set(fitted.ids)
     uncertain = [h for h in UNCERTAIN if h.id in known and h.possible(pack)]
     if not uncertain:
-        return np.asarray(np.sqrt(np.diag(fitted.covariance(scale))))
+        return fitted.covariance(scale)
     wider, q = fitted.problem.beside(uncertain, fitted.q)
     slopes = wider.evidence(q).slopes
     covariance = np.linalg.inv(np.eye(q.size) + slopes.T @ slopes / scale)
     flights = len(fitted.problem.flights)
     own = np.r_[: fitted.q.size - flights, q.size - flights : q.size]
-    return np.asarray(np.sqrt(np.diag(covariance)[own]))
+    return np.asarray(covariance[np.ix_(own, own)])

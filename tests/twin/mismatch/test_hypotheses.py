@@ -6,7 +6,7 @@ import numpy as np
 import numpy.typing as npt
 import pytest
 
-from tests.twin.mismatch.recordings import pack
+from tests.twin.mismatch.recordings import flown, pack
 from twin.at_rest import open_circuit_V
 from twin.effects import (
     ActivationEnergies,
@@ -30,7 +30,9 @@ from twin.effects import (
 from twin.effects.clock_shift import _as_rough, _between
 from twin.effects.sensor_lag import slope_matrix
 from twin.load import Between, Load
-from twin.mismatch.hypothesis import HYPOTHESES, UNCERTAIN, Hypothesis
+from twin.mismatch.hypothesis import APART_K, HYPOTHESES, UNCERTAIN, Hypothesis
+from twin.mismatch.problem import Problem
+from twin.mismatch.split import split
 from twin.simulate import changeable, simulate
 from twin.windows import Windows
 
@@ -311,3 +313,27 @@ def test_between_its_samples_noise_is_as_rough_and_its_mean_stays() -> None:
         assert 0.94 < np.std(between) < 1.02  # a straight line: 0.71
     level = np.full(t.size, 5.0)
     assert _as_rough(level, *_between(t, t[:-1] + 0.05)) == pytest.approx(level[:-1])
+
+
+def test_a_pack_that_was_cold_says_that_the_air_was_and_each_alone_is_as_unknown_as_ever() -> None:
+    h = next(h for h in HYPOTHESES if h.id == "cold_pack")
+    offsets_K = [p.prior_std for p in h.parameters] * h.mixes
+    covariance = offsets_K @ offsets_K.T
+    assert np.sqrt(np.diag(covariance)) == pytest.approx([15.0, 15.0])
+    apart = np.array([1.0, -1.0])
+    assert np.sqrt(apart @ covariance @ apart) == pytest.approx(APART_K)
+
+
+def test_numbers_come_back_from_coordinates_that_do_not_depend_on_each_other() -> None:
+    some = [h for h in HYPOTHESES if h.id in ("series_resistance", "cold_pack")]
+    flight = flown(seconds=20.0)
+    problem = Problem(split([flight], [flight]).fitted, some)
+    known = {
+        "series_resistance": {"resistance_ohm": 0.01, "outside": 0.3},
+        "cold_pack": {"start_offset_K": -20.0, "ambient_offset_K": -4.0},
+    }
+    (q,) = problem.starts_from(known)
+    for name, own in problem.values(q).items():
+        assert own == pytest.approx(known[name])
+    told = problem.stds(q, np.diag([*[1.0] * 4, 0.0]))
+    assert told["cold_pack"] == pytest.approx({"start_offset_K": 15.0, "ambient_offset_K": 15.0})

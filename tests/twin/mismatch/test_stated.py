@@ -10,7 +10,7 @@ from twin.effects import AnyEffect, ReactionKinetics, SeriesResistance, SolidDif
 from twin.mismatch.fit import fit
 from twin.mismatch.flight import FloatArray
 from twin.mismatch.hypothesis import HYPOTHESES
-from twin.mismatch.sizes import deviations
+from twin.mismatch.sizes import uncertainty
 from twin.mismatch.split import split
 from twin.mismatch.stated import loss_ways
 from twin.simulate import simulate
@@ -50,7 +50,7 @@ def test_what_a_number_that_is_a_little_off_does_is_among_them(off: AnyEffect) -
     ways_V = loss_ways(FLIGHT.pack, FLIGHT, 5.0)
     sizes = np.linalg.lstsq(ways_V, missed_V, rcond=None)[0]
     assert rms_V(missed_V - ways_V @ sizes) < 0.1 * rms_V(missed_V)
-    assert np.linalg.norm(sizes) < 1.0  # deviations of the prior
+    assert np.linalg.norm(sizes) < 1.0  # uncertainty of the prior
 
 
 def test_of_a_recording_in_which_nothing_counts_there_is_none() -> None:
@@ -66,7 +66,7 @@ def test_several_recordings_tell_no_more_of_a_size_than_one() -> None:
     def std_ohm(count: int, stated_V: float | None) -> float:
         data = split(flights[:count], flights[-1:], slow_V=stated_V)
         own = fit(data, resistance)
-        values = own.problem.stds(own.q, deviations(own, 1.0))
+        values = own.problem.stds(own.q, uncertainty(own, 1.0))
         return values["series_resistance"]["resistance_ohm"]
 
     assert std_ohm(4, 0.05) == pytest.approx(std_ohm(1, 0.05), rel=0.15)

@@ -18,7 +18,7 @@ from twin.mismatch import HYPOTHESES, Flight, explain
 from twin.mismatch.fit import Data
 from twin.mismatch.fit import fit as fitted_to
 from twin.mismatch.hypothesis import UNCERTAIN
-from twin.mismatch.sizes import deviations
+from twin.mismatch.sizes import uncertainty
 from twin.mismatch.split import as_seen, own_whitener
 from twin.mismatch.tested import OF_THE_MAKE, as_tested, by_calibration, by_tests
 from twin.pack_file import parse_pack_file
@@ -142,7 +142,7 @@ def cold_by_K(of_make: Mapping[str, Mapping[str, float]]) -> tuple[float, float]
     seen, noise = as_seen(own, ERROR_V)
     one = seen, own_whitener(seen, noise)
     got = fitted_to(Data((one,), (one,)), [h])
-    errors = got.problem.stds(got.q, deviations(got, 1.0))
+    errors = got.problem.stds(got.q, uncertainty(got, 1.0))
     return got.problem.values(got.q)[h.id]["start_offset_K"], errors[h.id]["start_offset_K"]
 
 
