@@ -2,10 +2,13 @@
 
 from collections.abc import Sequence
 
+from analyze.pack_choice import PackChoice
 from flightlogs.recording import Recording
 from reports.flight import NoMismatch, PackUse
 from segment import motions_at
 from segment.segment import Segment
+from twin.calibrate.doubt import Other, cells_drawn
+from twin.calibrate.table import CalibrationError
 from twin.mismatch import (
     HYPOTHESES,
     Finding,
@@ -15,6 +18,7 @@ from twin.mismatch import (
     Verdict,
     explain,
 )
+from twin.mismatch.allowed import CELLS
 from twin.pack import Pack
 from twin.replay import Replay
 
@@ -34,9 +38,22 @@ UNSTATED = (
 )
 
 
-def mismatch_of(
-    recording: Recording, segments: Sequence[Segment], use: PackUse, pack: Pack, played: Replay
-) -> Finding | NoMismatch:
+def allowed_of(pack: Pack, choice: PackChoice | None) -> tuple[tuple[Other, ...], tuple[str, ...]]:
+    """Cells that the tests of the pack's calibration allow as well, and why if there are none.
+
+    Nothing is said of a pack that was not calibrated.
+    """
+    doubt = choice.cell_doubt if choice else None
+    try:
+        return (cells_drawn(pack, doubt, CELLS) if doubt else ()), ()
+    except CalibrationError as e:
+        return (), (f"What the calibration leaves open is not known, and counts as nothing: {e}.",)
+
+
+def mismatch_of(  # noqa: PLR0913
+    recording: Recording, segments: Sequence[Segment], use: PackUse, pack: Pack, played: Replay,
+    *, choice: PackChoice | None = None,
+) -> Finding | NoMismatch:  # fmt: skip
     """The finding, or why there is none.
 
     Causes are looked for where a pack file was given. Without one the twin is not that of this
@@ -48,9 +65,11 @@ def mismatch_of(
         use: how the numbers of the pack are known.
         pack: that was simulated.
         played: the recording beside it.
+        choice: the pack file; None if there is none.
     """
     if any(w.code == "simulated_log" for w in recording.warnings):
         return NoMismatch("Its battery is a simulator's formula, which no cell follows.")
+    allowed, untold = allowed_of(pack, choice)
     flight = Flight(
         name=recording.name,
         pack=pack,
@@ -60,6 +79,7 @@ def mismatch_of(
         motion=motions_at(played.load.time_s, segments),
         temperature_K=recording.temperature_K,
         cell_voltage_V=recording.cell_voltage_V,
+        allowed=allowed,
         start_std=use.soc_std,
     )
     as_configured = use.fitting is None
@@ -67,7 +87,7 @@ def mismatch_of(
         found = explain([flight], hypotheses=quick(pack) if as_configured else (), short=True)
     except MismatchError as e:
         return NoMismatch(f"Too little to judge: {e}.")
-    return found.remarked(remarks_of(use, found.verdict))
+    return found.remarked((*remarks_of(use, found.verdict), *untold))
 
 
 def remarks_of(use: PackUse, verdict: Verdict, *, stated: bool = False) -> tuple[str, ...]:

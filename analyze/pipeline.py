@@ -140,7 +140,7 @@ def analyse(inputs: Inputs, *, clock: Callable[[], float]) -> FlightReport:
     if inputs.pack is None:
         use, played = fitted(flight.recording, use, flight.cell, played)
     pack = pack_of(use, flight.cell)
-    mismatch = mismatch_of(flight.recording, segments, use, pack, played)
+    mismatch = mismatch_of(flight.recording, segments, use, pack, played, choice=inputs.pack)
     profiles = periodic_profiles(flight.recording, segments)
     damage, no_damage = damage_of(
         flight.recording,

@@ -15,7 +15,7 @@ import numpy as np
 
 from analyze.checks import WrongUse, checked_pack, is_log, writable
 from analyze.conceal import Channel
-from analyze.mismatching import remarks_of
+from analyze.mismatching import allowed_of, remarks_of
 from analyze.names import printable
 from analyze.pack_choice import PackChoice
 from analyze.workbench.drawn import Ask, Drawn, read_drawn, refusing
@@ -25,6 +25,7 @@ from analyze.workbench.watch import watching
 from reports.mismatch import mismatch_page
 from reports.render import render
 from segment import motions_at
+from twin.calibrate.doubt import Other
 from twin.constants import ZERO_CELSIUS_K
 from twin.mismatch import (
     Finding,
@@ -93,7 +94,7 @@ def run(request: Request) -> int:
     with ExitStack() as folders:
         for folder in (request.out, *([request.adopt.resolve().parent] if request.adopt else [])):
             folders.enter_context(writable(folder))
-        finding = _explained(drawn, len(request.sources), request.floor_mv)
+        finding = _explained(drawn, choice, len(request.sources), request.floor_mv)
         _write_verdict(request.out, finding)
     print_finding(finding)
     drawn = _started(drawn, finding)
@@ -221,8 +222,8 @@ def _no_current(drawn: Drawn) -> tuple[str, ...]:
     return ("The current is zero throughout: is the right column taken for it?",)
 
 
-def flight_of(drawn: Drawn, name: str) -> Flight:
-    """As the engine takes it."""
+def flight_of(drawn: Drawn, name: str, allowed: tuple[Other, ...]) -> Flight:
+    """As the engine takes it, with cells that may be its own as well."""
     return Flight(
         name=name,
         pack=drawn.pack,
@@ -233,14 +234,19 @@ def flight_of(drawn: Drawn, name: str) -> Flight:
         temperature_K=drawn.temperature_K,
         cell_voltage_V=drawn.cell_voltage_V,
         recorded=drawn.recorded,
+        allowed=allowed,
         start_std=drawn.use.soc_std,
     )
 
 
-def _explained(drawn: Mapping[str, Drawn], fitted: int, floor_mv: float | None) -> Finding:
+def _explained(
+    drawn: Mapping[str, Drawn], choice: PackChoice, fitted: int, floor_mv: float | None
+) -> Finding:
     """By the first so many recordings; the others are held out."""
     slow_V = None if floor_mv is None else 1e-3 * floor_mv
-    flights = [flight_of(d, name) for name, d in drawn.items()]
+    first = next(iter(drawn.values()))  # the cell is that of one pack file
+    allowed, untold = allowed_of(first.pack, choice)
+    flights = [flight_of(d, name, allowed) for name, d in drawn.items()]
     with _refusing(), watching(None, "models") as tell:
         looked_at = 0
 
@@ -250,9 +256,8 @@ def _explained(drawn: Mapping[str, Drawn], fitted: int, floor_mv: float | None) 
             tell(looked_at, " + ".join(ids))
 
         found = explain(flights[:fitted], flights[fitted:], slow_V=slow_V, progress=progress)
-    first = next(iter(drawn.values()))  # the cell is that of one pack file
     stated = floor_mv is not None
-    return found.remarked(remarks_of(first.use, found.verdict, stated=stated))
+    return found.remarked((*remarks_of(first.use, found.verdict, stated=stated), *untold))
 
 
 def _started(drawn: Mapping[str, Drawn], finding: Finding) -> dict[str, Drawn]:

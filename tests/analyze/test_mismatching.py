@@ -7,16 +7,19 @@ import pytest
 
 from analyze import mismatching
 from analyze.mismatching import mismatch_of, quick
+from analyze.pack_choice import PackChoice
 from flightlogs.errors import LogWarning
 from flightlogs.log import Interval
 from flightlogs.recording import Recording
 from reports.flight import Fitting, NoMismatch, PackUse
 from tests.reports import example
 from tests.twin.mismatch.recordings import flown, pack
+from twin.calibrate.doubt import Doubt
 from twin.calibrate.flight import NotFitted
 from twin.effects import Plating, SelfHeating, SeriesResistance
 from twin.mismatch import Finding, Flight, Verdict
 from twin.pack import Pack
+from twin.pack_file import parse_pack_file
 from twin.replay import Replay
 from twin.simulate import simulate
 
@@ -25,7 +28,9 @@ NO_FILE = replace(example.pack(), fitting=Fitting(outcome=NotFitted("a hop"), be
 FITTED = example.fitted_pack()
 
 
-def found(use: PackUse, flight: Flight, *codes: str) -> Finding | NoMismatch:
+def found(
+    use: PackUse, flight: Flight, *codes: str, choice: PackChoice | None = None
+) -> Finding | NoMismatch:
     recording = recording_of(flight, *codes)
     played = Replay(
         load=flight.load,
@@ -33,7 +38,7 @@ def found(use: PackUse, flight: Flight, *codes: str) -> Finding | NoMismatch:
         judged=flight.judged,
         solution=simulate(flight.pack, flight.load),
     )
-    return mismatch_of(recording, example.segments(), use, flight.pack, played)
+    return mismatch_of(recording, example.segments(), use, flight.pack, played, choice=choice)
 
 
 def recording_of(flight: Flight, *codes: str) -> Recording:
@@ -98,3 +103,24 @@ def test_what_cannot_be_judged_says_why(seconds: float, codes: tuple[str, ...], 
     refused = found(CALIBRATED, flown(seed=1, seconds=seconds), *codes)
     assert isinstance(refused, NoMismatch)
     assert said in refused.reason
+
+
+def test_what_the_calibration_leaves_open_is_told_and_that_a_fit_is_of_another_cell() -> None:
+    """Its resistance alone."""
+    flight = flown([SeriesResistance(resistance_ohm=0.01)], seed=1, seconds=60.0)
+    file = parse_pack_file('[pack]\nname = "x"\ncell = "lipo_2200"\nseries = 4\n', name="x")
+
+    def by(name: str, value: float, std: float) -> Finding | NoMismatch:
+        told = Doubt(
+            names=(name,), value=np.array([value]), std=np.array([std]), correlations=np.eye(1)
+        )
+        choice = PackChoice(file=file, cell="lipo_2200", sha256="", cell_doubt=told)
+        return found(CALIBRATED, flight, choice=choice)
+
+    finding = by("series_resistance_ohm", 0.0, 6e-3)
+    assert isinstance(finding, Finding)
+    assert "Other cells that follow the calibration's tests as well" in " ".join(finding.remarks)
+    other = by("negative.porosity", 0.9, 0.01)
+    assert isinstance(other, Finding)
+    assert "Other cells" not in " ".join(other.remarks)
+    assert "counts as nothing: the fit beside the pack file is of" in " ".join(other.remarks)

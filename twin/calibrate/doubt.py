@@ -16,8 +16,16 @@ import numpy.typing as npt
 from twin.bpx_file import ROUNDING
 from twin.calibrate.cell_map import FILLERS, CellMap, Infeasible, full_and_empty_V
 from twin.calibrate.degradation import aged_by, ageing_parameters
-from twin.calibrate.parameters import EMPTY_ENDS, START_V, Parameter, Scale, cell_table
+from twin.calibrate.parameters import (
+    EMPTY_ENDS,
+    START_V,
+    WARMING,
+    Parameter,
+    Scale,
+    cell_table,
+)
 from twin.calibrate.table import CalibrationError
+from twin.effects import SelfHeating
 from twin.pack import Pack
 
 FloatArray = npt.NDArray[np.float64]
@@ -49,6 +57,31 @@ class Doubt:
         values, vectors = np.linalg.eigh(self.correlations)  # rounded: perhaps a little below 0
         free = np.sqrt(np.maximum(values, 0.0)) * random.standard_normal(values.size)
         return np.asarray(vectors @ free)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Other:
+    """A cell that the tests allow as well.
+
+    Attributes:
+        moved: as `Pack.moved`.
+        cools: its heat transfer to the air over that of the pack's.
+    """
+
+    moved: tuple[tuple[str, float], ...]
+    cools: float = 1.0
+
+    def instead(self, pack: Pack) -> Pack:
+        """`pack` made of such cells; ValueError if its effects take more than these have."""
+        effects = tuple(
+            replace(e, heat_transfer_W_m2_K=self.cools * e.heat_transfer_W_m2_K)
+            if isinstance(e, SelfHeating)
+            else e
+            for e in pack.effects
+        )
+        other = replace(pack, moved=self.moved, effects=effects)
+        other.numbers()
+        return other
 
 
 def read_doubt(text: str, *, name: str) -> Doubt:
@@ -94,6 +127,17 @@ def draws(
     return tuple(out)
 
 
+def cells_drawn(pack: Pack, doubt: Doubt, count: int, *, seed: int = 0) -> tuple[Other, ...]:
+    """`count` cells that may be that of `pack` as well, cooling included; errors as `draws`."""
+    random, mapped = np.random.default_rng(seed), _Drawn(pack, doubt, warming=True)
+    drawn = (dict(mapped.moved(random)) for _ in range(count))
+    own = next((e.heat_transfer_W_m2_K for e in pack.effects if isinstance(e, SelfHeating)), 0.0)
+    return tuple(
+        Other(cools=1.0 + m.pop(WARMING[1], 0.0) / (own or 1.0), moved=tuple(m.items()))
+        for m in drawn
+    )
+
+
 def _ageing_values(
     pack: Pack, doubt: Doubt | None, random: np.random.Generator
 ) -> Mapping[str, float]:
@@ -111,9 +155,10 @@ def _ageing_values(
 class _Drawn:
     """Cells about that of a pack."""
 
-    def __init__(self, pack: Pack, doubt: Doubt) -> None:
+    def __init__(self, pack: Pack, doubt: Doubt, *, warming: bool = False) -> None:
         self._doubt = doubt
-        self._table = {p.name: p for p in cell_table(pack, warm_and_cold=True)}
+        table = cell_table(pack, warm_and_cold=True, warming=warming)
+        self._table = {p.name: p for p in table}
         cell = pack.cell
         ends = cell.negative.stoichiometry_min, cell.positive.stoichiometry_max
         own = {n: p.mean for n, p in self._table.items() if n not in EMPTY_ENDS}

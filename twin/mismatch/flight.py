@@ -5,6 +5,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 import numpy.typing as npt
 
+from twin.calibrate.doubt import Other
 from twin.load import Load
 from twin.pack import Pack
 
@@ -39,6 +40,7 @@ class Flight:
         temperature_K: (n,) of the pack, NaN where it was not measured; None if it never was.
         cell_voltage_V: (n, cells) likewise.
         recorded: (n,) which samples of the load were recorded; None if none were added between.
+        allowed: other cells that the tests of a calibrated one allow as well.
         start_std: of the state of charge at the start, standard deviation: UNTOLD where nothing
             tells it, more than START_SOC where a flat open-circuit voltage hardly does.
     """
@@ -52,6 +54,7 @@ class Flight:
     temperature_K: FloatArray | None = None
     cell_voltage_V: FloatArray | None = None
     recorded: BoolArray | None = None
+    allowed: tuple[Other, ...] = ()
     start_std: float = START_SOC
 
     def __post_init__(self) -> None:

@@ -9,10 +9,11 @@ import pytest
 from tests.twin.calibrate.synthetic import cell_pack
 from twin.calibrate.cell_map import full_and_empty_V
 from twin.calibrate.degradation import SPREAD
-from twin.calibrate.doubt import Doubt, draws, read_doubt
+from twin.calibrate.doubt import Doubt, cells_drawn, draws, read_doubt
 from twin.calibrate.parameters import Scale, cell_table, window_capacity_C
 from twin.calibrate.table import CalibrationError
 from twin.damage import ageing
+from twin.effects import SelfHeating
 from twin.load import Load
 from twin.pack import Pack
 from twin.simulate import simulate
@@ -100,3 +101,19 @@ def test_a_fit_is_read_and_what_is_none_is_refused() -> None:
     for text in ("{", "[]", json.dumps(document)):
         with pytest.raises(CalibrationError, match=r"x\.fit\.json: not the fit of a calibration"):
             read_doubt(text, name="x.fit.json")
+
+
+def test_how_a_drawn_cell_cools_is_drawn_with_it() -> None:
+    """In the logarithm, about what the pack does; one that does not heat has none."""
+    pack = replace(cell_pack(), effects=(SelfHeating(heat_transfer_W_m2_K=20.0),))
+    own = doubt(0.1)
+    names = (*own.names, "heat_transfer_W_m2_K")
+    more = Doubt(
+        names=names, value=np.append(own.value, 50.0), std=np.append(own.std, 15.0),
+        correlations=np.eye(len(names)),
+    )  # fmt: skip
+    cools = np.log([other.cools for other in cells_drawn(pack, more, 300)])
+    assert cools.std() == pytest.approx(0.3, rel=0.1)
+    assert cools.mean() == pytest.approx(0.0, abs=0.06)
+    assert {other.cools for other in cells_drawn(cell_pack(), more, 4)} == {1.0}
+    assert "heat_transfer_W_m2_K" not in dict(cells_drawn(pack, more, 1)[0].moved)
