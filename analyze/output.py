@@ -131,6 +131,9 @@ FLEET_SCHEMA = pa.schema(
         ("voltage_rmse_mv", pa.float64()),
         ("max_error_mv", pa.float64()),
         ("replay_status", pa.string()),
+        ("lithium_lost_mah", pa.float64()),  # in the air
+        ("capacity_std_ah", pa.float64()),  # null where the capacity was not fitted
+        ("pulse_ohm", pa.float64()),  # likewise, of the whole pack after 10 s of load
         ("mismatch", pa.string()),
         ("mismatch_effects", pa.string()),
         ("warnings", pa.int64()),
@@ -145,6 +148,8 @@ def _fleet_row(flight: FleetFlight) -> Mapping[str, object]:
         f"{name}_s": part["time_s"] if part else 0.0
         for name, part in result.motions.model_dump().items()
     }
+    fitted = {q.name: q for q in result.pack.fit.quantities} if result.pack.fit else {}
+    capacity, pulse = fitted.get("capacity_C"), fitted.get("pulse_ohm")
     return {
         "folder": flight.folder,
         **result.flight.model_dump(),
@@ -155,6 +160,9 @@ def _fleet_row(flight: FleetFlight) -> Mapping[str, object]:
         "voltage_rmse_mv": result.replay.voltage_rmse_mv,
         "max_error_mv": result.replay.max_error_mv,
         "replay_status": result.replay.status,
+        "lithium_lost_mah": a.in_flight.lithium_mah if (a := result.assessment) else None,
+        "capacity_std_ah": capacity.std / 3600 if capacity else None,
+        "pulse_ohm": pulse.value if pulse else None,
         "mismatch": result.mismatch.verdict if result.mismatch else None,
         "mismatch_effects": "+".join(e.id for e in result.mismatch.effects)
         if result.mismatch

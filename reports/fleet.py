@@ -5,6 +5,7 @@ from dataclasses import dataclass
 from urllib.parse import quote
 
 from reports.apart import ends_apart
+from reports.fleet_packs import packs_section
 from reports.mismatch.words import listed, name, percent
 from reports.page import Page
 from reports.parts import LoadPart, MismatchPart, MotionPart
@@ -87,15 +88,18 @@ class Fleet:
 
 
 def fleet_page(fleet: Fleet) -> Page:
-    """Flights in the order of their start; those without a date last, by name."""
+    """Packs, then flights in the order of their start; those without a date last, by name."""
     flights = sorted(fleet.flights, key=_order)
+    packs = packs_section(_counted(flights)) if flights else None
     return Page(
         title="Fleet",
         subtitle=f"Logs analysed: {len(flights)}, not analysed: {len(fleet.failures)}",
         sections=(
+            *((packs,) if packs and packs.tables else ()),
             Section(
                 id="flights",
                 title="Flights",
+                notices=packs.notices if packs and not packs.tables else (),
                 rows=_totals(flights, fleet.passed_over),
                 tables=(*((_flights(flights),) if flights else ()), *_left_out(flights)),
             ),
@@ -128,6 +132,12 @@ def left_out(flights: Sequence[FleetFlight]) -> tuple[str, ...]:
     return tuple(_why_left_out(f, counts[f.result.flight.sha256], ends) for f in flights)
 
 
+def _counted(flights: Sequence[FleetFlight]) -> list[Result]:
+    """Results of those that are not left out."""
+    both = zip(flights, left_out(flights), strict=True)
+    return [f.result for f, without in both if not without]
+
+
 def _why_left_out(flight: FleetFlight, counts: FleetFlight, ends: Mapping[str, str]) -> str:
     if any(w.code == SIMULATED for w in flight.result.quality.warnings):
         return "simulated"
@@ -140,8 +150,7 @@ def charge_ah(segments: Sequence[LoadPart]) -> float:
 
 
 def _totals(flights: Sequence[FleetFlight], passed_over: int) -> tuple[Row, ...]:
-    why = left_out(flights)
-    counted = [f.result for f, without in zip(flights, why, strict=True) if not without]
+    why, counted = left_out(flights), _counted(flights)
     in_air_s = sum(r.flight.in_air_s for r in counted)
     charge = sum(charge_ah(r.segments) for r in counted)
     omitted, simulated = len(flights) - len(counted), why.count("simulated")

@@ -12,6 +12,7 @@ from reports.fleet import Failure, Fleet, FleetFlight, fleet_page, left_out
 from reports.flight import NoMismatch
 from reports.render import render
 from reports.results import result_of
+from reports.section import Section
 from tests.reports import example
 from tests.reports.mismatch_example import finding
 from twin.mismatch import Verdict
@@ -27,6 +28,10 @@ def flight(folder: str, day: int | None, **changes: object) -> FleetFlight:
     return FleetFlight(folder=folder, log=f"logs/{folder}.ulg", result=result)
 
 
+def flights_of(fleet: Fleet) -> Section:
+    return next(s for s in fleet_page(fleet).sections if s.id == "flights")
+
+
 FLEET = Fleet(
     flights=(flight("b", None), flight("c 1%", 3), flight("a", 1)),
     failures=(Failure(file="logs/<x>.ulg", code="no_current", reason="0 A all along"),),
@@ -36,7 +41,7 @@ FLEET = Fleet(
 
 
 def test_flights_stand_in_the_order_of_their_start_and_those_without_one_last() -> None:
-    table = fleet_page(FLEET).sections[0].tables[0]
+    table = flights_of(FLEET).tables[0]
     assert [row[0].text for row in table.rows] == ["a.ulg", "c 1%.ulg", "b.ulg"]
 
 
@@ -46,7 +51,7 @@ def test_flights_of_one_name_are_told_apart_by_as_much_of_their_paths_as_it_take
     assert ends_apart(paths) == dict(zip(paths, ends, strict=True))
     assert ends_apart(["a.ulg", "x/a.ulg"]) == {"a.ulg": "a.ulg", "x/a.ulg": "x/a.ulg"}
     two = tuple(replace(flight(f"a{k}", k), log=f"logs/{k}/a.ulg") for k in (1, 2))
-    table = fleet_page(replace(FLEET, flights=two)).sections[0].tables[0]
+    table = flights_of(replace(FLEET, flights=two)).tables[0]
     assert [row[0].text for row in table.rows] == ["1/a.ulg", "2/a.ulg"]
 
 
@@ -62,7 +67,7 @@ def test_failures_are_listed_with_their_reason_and_escaped() -> None:
 
 
 def test_the_sums_are_those_of_the_flights() -> None:
-    rows = {r.label: r.value for r in fleet_page(FLEET).sections[0].rows}
+    rows = {r.label: r.value for r in flights_of(FLEET).rows}
     assert rows["Time in flight"] == "2:18"
     assert rows["Files that are no logs"] == "7"
 
@@ -76,7 +81,7 @@ def test_copies_and_simulated_flights_are_named_and_not_summed() -> None:
     simulated = flight("sitl", 2, recording=example.recording(warnings=(warning,)))
     real = flight("a", 1)
     flights = (copied(real, "b"), real, simulated, flight("d", 4), copied(simulated, "e"))
-    section = fleet_page(replace(FLEET, flights=flights)).sections[0]
+    section = flights_of(replace(FLEET, flights=flights))
     rows = {r.label: r for r in section.rows}
     assert rows["Time in flight"].value == "1:32"
     assert rows["Charge drawn"].value == "0.51"
@@ -115,12 +120,12 @@ def test_a_fleet_where_nothing_could_be_analysed_has_a_page() -> None:
 )
 def test_what_the_twin_misses_is_told_of_each_flight(found: object, cell: str) -> None:
     fleet = replace(FLEET, flights=(flight("a", 1, mismatch=found),))
-    table = fleet_page(fleet).sections[0].tables[0]
+    table = flights_of(fleet).tables[0]
     place = [c.title for c in table.columns].index("what the twin misses")
     assert table.rows[0][place].text == cell
 
 
 def test_a_replay_that_ended_early_is_marked() -> None:
     early = flight("a", 1, played=example.solution(Status.LOWER_CUT_OFF, 100))
-    table = fleet_page(replace(FLEET, flights=(early,))).sections[0].tables[0]
+    table = flights_of(replace(FLEET, flights=(early,))).tables[0]
     assert table.rows[0][8].text.endswith("(ended early)")

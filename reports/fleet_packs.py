@@ -1,0 +1,158 @@
+"""Packs of a fleet: how each was flown, what that cost, and what its flights tell of its health.
+
+A pack is known by its serial number, of the log or of the pack file. Flights of one that nothing
+names are counted, not put together: a battery's place in the vehicle is not the battery.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from reports.mismatch.words import listed, percent
+from reports.parts.flight import QuantityPart
+from reports.quantity import MISSING, fixed, minutes, significant
+from reports.result import Result
+from reports.section import Cell, Column, Notice, Section, Table
+
+RETIRED = 0.8
+"""Of the rated capacity: the end of a vehicle battery's life by the USABC Electric Vehicle Battery
+Test Procedures Manual (1996)."""
+TOLD = ("identified", "partly")  # verdicts of a fit on a number
+CLEARLY = 0.05  # standard deviation over the number: what is known worse retires no pack
+COLUMNS = (
+    Column(title="pack", numeric=False),
+    Column(title="flights"),
+    Column(title="last flown", numeric=False),
+    Column(title="in flight [min:s]"),
+    Column(title="charge [Ah]"),
+    Column(title="full cycles"),
+    Column(title="capacity [Ah]"),
+    Column(title="of rated [%]"),
+    Column(title="resistance [mΩ]"),
+    Column(title="since the first [%]"),
+    Column(title="lithium lost in the air [mAh]"),
+)
+NOTES = (
+    "Capacity and resistance are those of the last flight that tells them, within "
+    f"{percent(CLEARLY)}, and that was fitted without a pack file: the capacity with its standard "
+    "deviation beside the rated one, the resistance of the whole pack after 10 s of load, as warm "
+    "as it was then. Full cycles are the charge drawn over the rated capacity. The lithium that "
+    "was lost is by the twin, of the flights that are here.",
+    "The pack with the least of its rated capacity comes first, those of which no flight tells it "
+    f"last. With less than {percent(RETIRED)} a pack is usually retired; a slow discharge tells "
+    "more than any flight (twin calibrate).",
+)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class FlownPack:
+    """One pack, with its flights in the order in which they were flown.
+
+    Attributes:
+        serial: its number.
+        results: of its flights.
+    """
+
+    serial: str
+    results: tuple[Result, ...]
+
+    def told(self, name: str) -> tuple[QuantityPart, ...]:
+        """A number that was fitted to its flights, where they tell it CLEARLY."""
+        fits = [r.pack.fit for r in self.results if r.pack.fit]
+        own = [q for fit in fits for q in fit.quantities if q.name == name and q.verdict in TOLD]
+        return tuple(q for q in own if q.std < CLEARLY * q.value)
+
+    @property
+    def rated_ah(self) -> float:
+        """Capacity before any fit."""
+        last = self.results[-1].pack
+        fitted = last.fit.quantities if last.fit else ()
+        return next((q.assumed / 3600 for q in fitted if q.name == "capacity_C"), last.capacity_ah)
+
+    @property
+    def of_rated(self) -> float | None:
+        """Share of it that the last flight tells which tells any."""
+        told = self.told("capacity_C")
+        return told[-1].value / told[-1].assumed if told else None
+
+    @property
+    def charge_ah(self) -> float:
+        """Drawn."""
+        return sum(s.charge_ah for r in self.results for s in r.segments)
+
+    @property
+    def lost_mah(self) -> float | None:
+        """Lithium lost in the air; None where no flight was judged."""
+        lost = [r.assessment.in_flight.lithium_mah for r in self.results if r.assessment]
+        return sum(lost) if lost else None
+
+
+def packs_of(results: Sequence[Result]) -> tuple[FlownPack, ...]:
+    """Of flights in the order of their start; the pack with least of its capacity first."""
+    by: dict[str, list[Result]] = {}
+    for r in results:
+        if r.pack.serial:
+            by.setdefault(r.pack.serial, []).append(r)
+    packs = (FlownPack(serial=k, results=tuple(v)) for k, v in by.items())
+    return tuple(sorted(packs, key=lambda p: (p.of_rated is None, p.of_rated or 0.0, p.serial)))
+
+
+def packs_section(results: Sequence[Result]) -> Section:
+    """Of the flights that count, in the order of their start."""
+    packs = packs_of(results)
+    unnamed = sum(not r.pack.serial for r in results)
+    table = Table(caption="Packs, the weakest first", columns=COLUMNS, rows=tuple(map(_row, packs)))
+    return Section(
+        id="packs",
+        title="Packs",
+        notices=tuple(filter(None, (_worn(packs), _nameless(unnamed)))),
+        tables=(table,) if packs else (),
+        notes=NOTES if packs else (),
+    )
+
+
+def _worn(packs: Sequence[FlownPack]) -> Notice | None:
+    worn = [(p.serial, p.of_rated) for p in packs if p.of_rated is not None]
+    told = [f"{serial} ({percent(share)})" for serial, share in worn if share < RETIRED]
+    if not told:
+        return None
+    return Notice(
+        text=f"Less than {percent(RETIRED)} of the rated capacity is left in: {listed(told)}."
+    )
+
+
+def _nameless(flights: int) -> Notice | None:
+    if not flights:
+        return None
+    return Notice(
+        text=f"Flights of a pack that nothing names: {flights}. A smart battery's log, or serial "
+        "under [pack] in a pack file for each pack, tells packs apart."
+    )
+
+
+def _row(pack: FlownPack) -> tuple[Cell, ...]:
+    capacity, ohms, share = pack.told("capacity_C"), pack.told("pulse_ohm"), pack.of_rated
+    start = pack.results[-1].flight.start_utc
+    more = 100 * (ohms[-1].value / ohms[0].value - 1) if len(ohms) > 1 else None
+    texts = (
+        str(len(pack.results)),
+        f"{start:%Y-%m-%d}" if start else MISSING,
+        minutes(sum(r.flight.in_air_s for r in pack.results)),
+        fixed(pack.charge_ah, 2),
+        fixed(pack.charge_ah / pack.rated_ah if pack.rated_ah else None, 1),
+        _with_error(capacity[-1]) if capacity else MISSING,
+    )
+    return (
+        Cell(text=pack.serial),
+        *(Cell(text=text) for text in texts),
+        Cell(
+            text=fixed(None if share is None else 100 * share, 0),
+            doubt=share is not None and share < RETIRED,
+        ),
+        Cell(text=fixed(1e3 * ohms[-1].value if ohms else None, 1)),
+        Cell(text=MISSING if more is None else f"{more:+.0f}"),
+        Cell(text=significant(pack.lost_mah, 2)),
+    )
+
+
+def _with_error(capacity: QuantityPart) -> str:
+    return f"{fixed(capacity.value / 3600, 3)} ± {fixed(capacity.std / 3600, 3)}"

@@ -1,0 +1,126 @@
+"""Packs of a fleet: put together by their serial numbers, the weakest first."""
+
+from dataclasses import replace
+
+import pytest
+
+from reports.fleet import Fleet, FleetFlight, fleet_page
+from reports.fleet_packs import COLUMNS, packs_of, packs_section
+from reports.flight import PackUse
+from reports.parts.damage import AssessmentPart, LossPart
+from reports.result import Result
+from reports.section import Section
+from tests.reports import example
+from tests.reports.test_fleet import copied, flight
+from twin.calibrate.answer import Verdict
+from twin.calibrate.flight import FlightFit
+
+PLACE = {c.title: k for k, c in enumerate(COLUMNS)}
+
+
+def flown(folder: str, day: int | None, serial: str, *, capacity_ah: float = 2.05) -> FleetFlight:
+    """By a pack with that much left of 2.2 Ah."""
+    return flight(folder, day, pack=fitted(serial, example.flight_fit(), capacity_ah))
+
+
+def fitted(serial: str, fit: FlightFit, capacity_ah: float) -> PackUse:
+    estimates = tuple(
+        replace(e, value=3600 * capacity_ah) if e.name == "capacity_C" else e for e in fit.estimates
+    )
+    use = example.fitted_pack()
+    assert use.fitting is not None
+    fitting = replace(use.fitting, outcome=replace(fit, estimates=estimates))
+    return replace(use, serial=serial, fitting=fitting)
+
+
+def section_of(*flights: FleetFlight) -> Section:
+    page = fleet_page(Fleet(flights=flights, failures=(), passed_over=0, version="0"))
+    return next(s for s in page.sections if s.id == "packs")
+
+
+def column(section: Section, title: str) -> list[str]:
+    return [row[PLACE[title]].text for row in section.tables[0].rows]
+
+
+def test_flights_of_one_pack_stand_together_and_the_weakest_comes_first() -> None:
+    section = section_of(
+        flown("a", 1, "strong", capacity_ah=2.2),
+        flown("b", 2, "weak", capacity_ah=1.9),
+        flown("c", 5, "weak", capacity_ah=1.65),
+        flown("d", 4, "weak", capacity_ah=1.7),
+    )
+    assert column(section, "pack") == ["weak", "strong"]
+    assert column(section, "flights") == ["3", "1"]
+    assert column(section, "last flown") == ["2025-06-05", "2025-06-01"]
+    assert column(section, "capacity [Ah]") == ["1.650 ± 0.060", "2.200 ± 0.060"]
+    assert column(section, "of rated [%]") == ["75", "100"]
+    one = flown("a", 1, "strong").result
+    charge_ah = sum(s.charge_ah for s in one.segments)
+    assert column(section, "charge [Ah]") == [f"{3 * charge_ah:.2f}", f"{charge_ah:.2f}"]
+    assert column(section, "full cycles")[0] == f"{3 * charge_ah / 2.2:.1f}"
+    assert [n.text for n in section.notices] == [
+        "Less than 80 % of the rated capacity is left in: weak (75 %)."
+    ]
+    doubtful = [row[PLACE["of rated [%]"]].doubt for row in section.tables[0].rows]
+    assert doubtful == [True, False]
+
+
+def test_a_resistance_is_told_beside_that_of_the_first_flight() -> None:
+    first = flown("a", 1, "x")
+    fit = example.flight_fit()
+    worn = replace(fit, pulse=replace(fit.pulse, value=1.25 * fit.pulse.value))
+    later = flight("b", 2, pack=fitted("x", worn, 2.05))
+    section = section_of(later, first)
+    assert column(section, "resistance [mΩ]") == [f"{1e3 * 1.25 * fit.pulse.value:.1f}"]
+    assert column(section, "since the first [%]") == ["+25"]
+    assert column(section_of(first), "since the first [%]") == ["–"]
+
+
+def test_what_no_flight_tells_is_not_told_and_its_pack_comes_last() -> None:
+    fit = example.flight_fit()
+    untold = tuple(
+        replace(e, verdict=Verdict.PRIOR) if e.name == "capacity_C" else e for e in fit.estimates
+    )
+    badly = tuple(
+        replace(e, std=0.2 * 3600) if e.name == "capacity_C" else e for e in fit.estimates
+    )
+    section = section_of(
+        flight("a", 1, pack=fitted("a untold", replace(fit, estimates=untold), 2.2)),
+        flight("d", 4, pack=fitted("c told badly", replace(fit, estimates=badly), 1.2)),
+        flight("b", None, pack=replace(example.pack(), serial="b by a pack file")),
+        flown("c", 3, "told"),
+    )
+    assert column(section, "pack") == ["told", *("a untold", "b by a pack file", "c told badly")]
+    assert column(section, "capacity [Ah]")[1:] == ["–"] * 3
+    assert column(section, "of rated [%]")[1:] == ["–"] * 3
+    assert column(section, "last flown")[2] == "–"
+    assert section.notices == ()
+
+
+def test_lost_lithium_is_that_of_all_flights_that_were_judged() -> None:
+    def judged(result: Result, mah: float) -> Result:
+        part = AssessmentPart.model_construct(in_flight=LossPart.model_construct(lithium_mah=mah))
+        return result.model_copy(update={"assessment": part})
+
+    results = [flown("a", k, "x").result for k in (1, 2, 3)]
+    both = [judged(results[0], 0.25), judged(results[1], 0.5), results[2]]
+    both[2] = both[2].model_copy(update={"assessment": None})
+    (pack,) = packs_of(both)
+    assert pack.lost_mah == pytest.approx(0.75)
+    assert packs_of(both[2:])[0].lost_mah is None
+
+
+def test_flights_of_a_pack_that_nothing_names_are_counted_and_not_put_together() -> None:
+    section = section_of(flown("a", 1, ""), flown("b", 2, ""), flown("c", 3, "x"))
+    assert column(section, "pack") == ["x"]
+    (notice,) = section.notices
+    assert notice.text.startswith("Flights of a pack that nothing names: 2.")
+    assert packs_section([flown("a", 1, "").result]).tables == ()
+    page = fleet_page(Fleet(flights=(flown("a", 1, ""),), failures=(), passed_over=0, version="0"))
+    (flights,) = page.sections
+    assert flights.notices[0].text.startswith("Flights of a pack that nothing names: 1.")
+
+
+def test_a_copy_of_a_flight_is_no_second_one() -> None:
+    one = flown("a", 1, "x")
+    assert column(section_of(one, copied(one, "b")), "flights") == ["1"]
