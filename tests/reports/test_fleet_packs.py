@@ -90,7 +90,7 @@ def test_what_no_flight_tells_is_not_told_and_its_pack_comes_last() -> None:
         flight("b", None, pack=replace(example.pack(), serial="b by a pack file")),
         flown("c", 3, "told"),
     )
-    assert column(section, "pack") == ["told", *("a untold", "b by a pack file", "c told badly")]
+    assert column(section, "pack") == ["told", "a untold", "b by a pack file", "c told badly"]
     assert column(section, "capacity [Ah]")[1:] == ["–"] * 3
     assert column(section, "of rated [%]")[1:] == ["–"] * 3
     assert column(section, "last flown")[2] == "–"
