@@ -6,9 +6,9 @@ from urllib.parse import quote
 
 from reports.apart import ends_apart
 from reports.fleet_packs import packs_section
-from reports.mismatch.words import listed, name, percent
+from reports.mismatch.words import missed
 from reports.page import Page
-from reports.parts import LoadPart, MismatchPart, MotionPart
+from reports.parts import LoadPart, MotionPart
 from reports.quantity import MISSING, fixed, minutes
 from reports.result import Result
 from reports.section import Cell, Column, Row, Section, Table
@@ -196,16 +196,6 @@ def _left_out(flights: Sequence[FleetFlight]) -> tuple[Table, ...]:
         if why
     )
     return (Table(caption=LEFT_OUT, columns=LEFT_OUT_COLUMNS, rows=rows),) if rows else ()
-
-
-def missed(part: MismatchPart | None) -> str:
-    """The verdict in a cell; what is named with its probability."""
-    if part is None:
-        return MISSING
-    if part.verdict not in ("named", "ambiguous"):
-        return {"none": "nothing"}.get(part.verdict, "not known")
-    said = listed([f"{name(e.id)} ({percent(e.probability)})" for e in part.effects])
-    return said if part.verdict == "named" else f"not settled: {said}"
 
 
 def _time(part: MotionPart | None) -> str:

@@ -7,7 +7,7 @@ names are counted, not put together: a battery's place in the vehicle is not the
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from reports.mismatch.words import listed, percent
+from reports.mismatch.words import listed, missed, percent
 from reports.parts.flight import QuantityPart
 from reports.quantity import MISSING, fixed, minutes, significant
 from reports.result import Result
@@ -28,15 +28,16 @@ COLUMNS = (
     Column(title="capacity [Ah]"),
     Column(title="of rated [%]"),
     Column(title="resistance [mΩ]"),
-    Column(title="since the first [%]"),
     Column(title="lithium lost in the air [mAh]"),
+    Column(title="what the twin misses", numeric=False),
 )
 NOTES = (
     "Capacity and resistance are those of the last flight that tells them, within "
     f"{percent(CLEARLY)}, and that was fitted without a pack file: the capacity with its standard "
     "deviation beside the rated one, the resistance of the whole pack after 10 s of load, as warm "
-    "as it was then. Full cycles are the charge drawn over the rated capacity. The lithium that "
-    "was lost is by the twin, of the flights that are here.",
+    "as it was then, with how much more that is than by the first. Full cycles are the charge "
+    "drawn over the rated capacity. The lithium that was lost is by the twin, of the flights that "
+    "are here; what the twin misses, of the last.",
     "The pack with the least of its rated capacity comes first, those of which no flight tells it "
     f"last. With less than {percent(RETIRED)} a pack is usually retired; a slow discharge tells "
     "more than any flight (twin calibrate).",
@@ -132,7 +133,6 @@ def _nameless(flights: int) -> Notice | None:
 def _row(pack: FlownPack) -> tuple[Cell, ...]:
     capacity, ohms, share = pack.told("capacity_C"), pack.told("pulse_ohm"), pack.of_rated
     start = pack.results[-1].flight.start_utc
-    more = 100 * (ohms[-1].value / ohms[0].value - 1) if len(ohms) > 1 else None
     texts = (
         str(len(pack.results)),
         f"{start:%Y-%m-%d}" if start else MISSING,
@@ -148,10 +148,18 @@ def _row(pack: FlownPack) -> tuple[Cell, ...]:
             text=fixed(None if share is None else 100 * share, 0),
             doubt=share is not None and share < RETIRED,
         ),
-        Cell(text=fixed(1e3 * ohms[-1].value if ohms else None, 1)),
-        Cell(text=MISSING if more is None else f"{more:+.0f}"),
+        Cell(text=_since(ohms)),
         Cell(text=significant(pack.lost_mah, 2)),
+        Cell(text=missed(pack.results[-1].mismatch)),
     )
+
+
+def _since(ohms: Sequence[QuantityPart]) -> str:
+    """The last resistance, and by how much it is more than the first."""
+    if not ohms:
+        return MISSING
+    more = f" ({100 * (ohms[-1].value / ohms[0].value - 1):+.0f} %)" if len(ohms) > 1 else ""
+    return fixed(1e3 * ohms[-1].value, 1) + more
 
 
 def _with_error(capacity: QuantityPart) -> str:

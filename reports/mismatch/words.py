@@ -2,7 +2,8 @@
 
 from collections.abc import Callable, Mapping, Sequence
 
-from reports.quantity import fixed, significant
+from reports.parts import MismatchPart
+from reports.quantity import MISSING, fixed, significant
 from twin.mismatch import Value
 
 Values = Mapping[str, float]
@@ -268,3 +269,13 @@ def percent(probability: float) -> str:
     if probability < 1.0 - ALMOST:
         return f"< {fixed(100 * (1.0 - ALMOST), 0)} %"
     return f"{fixed(100 * probability, 0)} %"
+
+
+def missed(part: MismatchPart | None) -> str:
+    """The verdict in a cell; what is named with its probability."""
+    if part is None:
+        return MISSING
+    if part.verdict not in ("named", "ambiguous"):
+        return {"none": "nothing"}.get(part.verdict, "not known")
+    said = listed([f"{name(e.id)} ({percent(e.probability)})" for e in part.effects])
+    return said if part.verdict == "named" else f"not settled: {said}"

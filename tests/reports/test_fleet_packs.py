@@ -11,9 +11,11 @@ from reports.parts.damage import AssessmentPart, LossPart
 from reports.result import Result
 from reports.section import Section
 from tests.reports import example
+from tests.reports.mismatch_example import finding
 from tests.reports.test_fleet import copied, flight
 from twin.calibrate.answer import Verdict
 from twin.calibrate.flight import FlightFit
+from twin.mismatch import Verdict as Finds
 
 PLACE = {c.title: k for k, c in enumerate(COLUMNS)}
 
@@ -71,9 +73,17 @@ def test_a_resistance_is_told_beside_that_of_the_first_flight() -> None:
     worn = replace(fit, pulse=replace(fit.pulse, value=1.25 * fit.pulse.value))
     later = flight("b", 2, pack=fitted("x", worn, 2.05))
     section = section_of(later, first)
-    assert column(section, "resistance [mΩ]") == [f"{1e3 * 1.25 * fit.pulse.value:.1f}"]
-    assert column(section, "since the first [%]") == ["+25"]
-    assert column(section_of(first), "since the first [%]") == ["–"]
+    assert column(section, "resistance [mΩ]") == [f"{1e3 * 1.25 * fit.pulse.value:.1f} (+25 %)"]
+    assert column(section_of(first), "resistance [mΩ]") == [f"{1e3 * fit.pulse.value:.1f}"]
+
+
+def test_what_the_twin_misses_is_that_of_the_last_flight() -> None:
+    flights = (
+        flight("a", 1, pack=replace(example.pack(), serial="x"), mismatch=finding()),
+        flight("b", 2, pack=replace(example.pack(), serial="x"), mismatch=finding(Finds.UNKNOWN)),
+    )
+    assert column(section_of(*flights), "what the twin misses") == ["not known"]
+    assert column(section_of(flights[0]), "what the twin misses") == ["self-heating (98 %)"]
 
 
 def test_what_no_flight_tells_is_not_told_and_its_pack_comes_last() -> None:
