@@ -46,6 +46,12 @@ AnyFile = click.Path(exists=True, dir_okay=False, path_type=Path)
     help="Which battery of the log, counted from 0; by itself the one that carries the flight.",
 )
 @click.option(
+    "--pack-per-folder",
+    is_flag=True,
+    help="The logs of one folder are of one pack: its name is the pack's serial number where "
+    "neither log nor pack file has one.",
+)
+@click.option(
     "--thorough",
     is_flag=True,
     help="Judge the damage in full: also which feature of each motion drives it, and how many "

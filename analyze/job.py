@@ -42,6 +42,7 @@ class Job:
         battery: instance of the battery, None for the one that carries the flight.
         force: analyse again what is up to date.
         thorough: judge the damage in full.
+        serial: of the pack, where neither log nor pack file has one.
     """
 
     log: Path
@@ -53,6 +54,7 @@ class Job:
     battery: int | None = None
     force: bool = False
     thorough: bool = False
+    serial: str = ""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -116,7 +118,7 @@ def _inputs(job: Job) -> Inputs:
     sensor_sha256 = _sensor_sha256(job)
     log_sha256 = sha256_of(job.log)
     pack_sha256 = job.pack.sha256 if job.pack else ""
-    options = f"{job.battery} {job.thorough} {job.sensor is not None}"
+    options = f"{job.battery} {job.thorough} {job.sensor is not None} {job.serial}"
     everything = (log_sha256, sensor_sha256, pack_sha256, options, version())
     return Inputs(
         log=job.log,
@@ -127,6 +129,7 @@ def _inputs(job: Job) -> Inputs:
         battery=job.battery,
         sha256=hashlib.sha256("\0".join(everything).encode()).hexdigest(),
         thorough=job.thorough,
+        serial=job.serial,
     )
 
 

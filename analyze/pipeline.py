@@ -59,6 +59,7 @@ class Inputs(Source):
     sensor_sha256: str
     sha256: str
     thorough: bool = False
+    serial: str = ""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -136,7 +137,8 @@ def analyse(inputs: Inputs, *, clock: Callable[[], float]) -> FlightReport:
     _compile_ahead(inputs.pack)
     flight = read_flight(inputs)
     segments = cut(flight.recording)
-    use, played = flight.use, replay(flight.recording, flight.use, flight.cell)
+    use = replace(flight.use, serial=flight.use.serial or inputs.serial)
+    played = replay(flight.recording, use, flight.cell)
     if inputs.pack is None:
         use, played = fitted(flight.recording, use, flight.cell, played)
     pack = pack_of(use, flight.cell)

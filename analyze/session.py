@@ -34,6 +34,7 @@ class Options:
     force: bool
     battery: int | None
     thorough: bool
+    pack_per_folder: bool
     quiet: bool
     verbose: bool
 
@@ -122,9 +123,15 @@ def _jobs(
                 battery=options.battery,
                 force=options.force,
                 thorough=options.thorough,
+                serial=_folder_of(log) if options.pack_per_folder else "",
             )
         )
     return tuple(jobs)
+
+
+def _folder_of(log: Path) -> str:
+    """Name of the folder that it lies in."""
+    return printable(log.absolute().parent.name)
 
 
 def _taken(out: Path, digest: str, used: set[str]) -> Callable[[str], bool]:

@@ -125,8 +125,9 @@ def _nameless(flights: int) -> Notice | None:
     if not flights:
         return None
     return Notice(
-        text=f"Flights of a pack that nothing names: {flights}. A smart battery's log, or serial "
-        "under [pack] in a pack file for each pack, tells packs apart."
+        text=f"Flights of a pack that nothing names: {flights}. Packs are told apart by a smart "
+        "battery's log, by serial under [pack] in a pack file, or by a folder for each "
+        "(--pack-per-folder)."
     )
 
 

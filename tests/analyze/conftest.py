@@ -37,7 +37,7 @@ def analysed(monkeypatch: pytest.MonkeyPatch) -> list[str]:
             raise AttributeError("'NoneType' object has no attribute 'full'")
         report = example.report(name=printable(inputs.log.name))
         made = replace(report.provenance, sha256=inputs.log_sha256, inputs_sha256=inputs.sha256)
-        return replace(report, provenance=made)
+        return replace(report, provenance=made, pack=replace(report.pack, serial=inputs.serial))
 
     monkeypatch.setattr(analyze.job, "analyse", analyse)
     return asked

@@ -118,6 +118,21 @@ def test_copies_of_a_log_are_in_the_table_with_what_they_are_copies_of(tmp_path)
     assert "0:46 min:s" in (tmp_path / "o/index.html").read_text(encoding="utf-8")
 
 
+def test_a_folder_for_each_pack_names_it(tmp_path, analysed) -> None:
+    """What was analysed without its name is again; where nobody says so a folder is no pack."""
+    for name in ("BAT 7/a", "BAT 7/deep/b", "c"):
+        put(tmp_path, f"logs/{name}.ulg", name.encode())
+    call(tmp_path, "logs", "--out", "o")
+    assert pq.read_table(tmp_path / "o/fleet.parquet")["serial"].to_pylist() == ["", "", ""]
+    assert "--pack-per-folder" in (tmp_path / "o/index.html").read_text(encoding="utf-8")
+    run = call(tmp_path, "logs", "--out", "o", "--pack-per-folder")
+    assert run.exit_code == 0
+    assert len(analysed) == 6
+    table = pq.read_table(tmp_path / "o/fleet.parquet")
+    assert table["serial"].to_pylist() == ["BAT 7", "deep", "logs"]
+    assert "Packs, the weakest first" in (tmp_path / "o/index.html").read_text(encoding="utf-8")
+
+
 @pytest.mark.usefixtures("analysed")
 def test_a_fault_of_the_program_costs_one_log_and_is_owned_up_to(tmp_path) -> None:
     put(tmp_path, "a.ulg", b"fault")

@@ -74,8 +74,9 @@ def readers(monkeypatch: pytest.MonkeyPatch) -> Readers:
 
 
 def analysed(
-    folder: Path, *, sensor: bool = False, pack: str = "", battery: int | None = None
-) -> FlightReport:
+    folder: Path, *, sensor: bool = False, pack: str = "", battery: int | None = None,
+    serial: str = "",
+) -> FlightReport:  # fmt: skip
     for name in ("flight.ulg", "flight.csv"):
         (folder / name).write_bytes(b"")
     (folder / "pack.toml").write_text(pack, encoding="utf-8")
@@ -87,6 +88,7 @@ def analysed(
         pack=read_pack(folder / "pack.toml") if pack else None,
         battery=battery,
         sha256="ef" * 32,
+        serial=serial,
     )
     return analyse(inputs, clock=itertools.count(5.0, 2.5).__next__)
 
@@ -108,6 +110,15 @@ def test_a_flight_becomes_a_page_and_a_result(tmp_path: Path) -> None:
     assert not result.pack.calibrated
     assert result.assessment is None
     assert "No motion lasted long enough" in report.no_damage
+
+
+@pytest.mark.usefixtures("readers")
+def test_a_serial_number_is_the_one_that_was_said_where_nothing_else_has_one(
+    tmp_path: Path,
+) -> None:
+    assert analysed(tmp_path, serial="BAT 7").pack.serial == "BAT 7"
+    file = '[pack]\nname = "x"\ncell = "lipo_2200"\nseries = 4\nserial = "of the file"\n'
+    assert analysed(tmp_path, pack=file, serial="BAT 7").pack.serial == "of the file"
 
 
 def test_an_aligned_sensor_is_used(tmp_path: Path, readers: Readers) -> None:
