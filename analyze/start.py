@@ -81,6 +81,7 @@ def pack_use(
         series_inferred=file is None and recording is not None and recording.series_inferred,
         parallel=parallel,
         capacity_C=capacity.value,
+        rated_C=capacity.value if capacity.known else None,
         capacity_known=capacity.known,
         soc_by_rest=stated_soc is None and rest is not None,
         temperature_known=start.known,

@@ -35,9 +35,9 @@ NOTES = (
     "Capacity and resistance are those of the last flight that tells them, within "
     f"{percent(CLEARLY)}, and that was fitted without a pack file: the capacity with its standard "
     "deviation beside the rated one, the resistance of the whole pack after 10 s of load, as warm "
-    "as it was then, with how much more that is than by the first. Full cycles are the charge "
-    "drawn over the rated capacity. The lithium that was lost is by the twin, of the flights that "
-    "are here; what the twin misses, of the last.",
+    "as it was then, with how much more that is than by the first. Rated is what a parameter of "
+    "the log or the pack file says; full cycles are the charge drawn over it. The lithium that was "
+    "lost is by the twin, of the flights that are here; what the twin misses, of the last.",
     "The pack with the least of its rated capacity comes first, those of which no flight tells it "
     f"last. With less than {percent(RETIRED)} a pack is usually retired; a slow discharge tells "
     "more than any flight (twin calibrate).",
@@ -63,17 +63,23 @@ class FlownPack:
         return tuple(q for q in own if q.std < CLEARLY * q.value)
 
     @property
-    def rated_ah(self) -> float:
-        """Capacity before any fit."""
-        last = self.results[-1].pack
-        fitted = last.fit.quantities if last.fit else ()
-        return next((q.assumed / 3600 for q in fitted if q.name == "capacity_C"), last.capacity_ah)
+    def rated_ah(self) -> float | None:
+        """As the last flight states it which does: that of a cell that stands in is none."""
+        stated = [r.pack.rated_ah for r in self.results if r.pack.rated_ah]
+        return stated[-1] if stated else None
 
     @property
     def of_rated(self) -> float | None:
         """Share of it that the last flight tells which tells any."""
         told = self.told("capacity_C")
-        return told[-1].value / told[-1].assumed if told else None
+        return told[-1].value / 3600 / self.rated_ah if told and self.rated_ah else None
+
+    @property
+    def full_cycles(self) -> float | None:
+        """That draw as much as the rated capacity, else the one that the last flight tells."""
+        told = self.told("capacity_C")
+        held_ah = self.rated_ah or (told[-1].value / 3600 if told else None)
+        return self.charge_ah / held_ah if held_ah else None
 
     @property
     def charge_ah(self) -> float:
@@ -139,7 +145,7 @@ def _row(pack: FlownPack) -> tuple[Cell, ...]:
         f"{start:%Y-%m-%d}" if start else MISSING,
         minutes(sum(r.flight.in_air_s for r in pack.results)),
         fixed(pack.charge_ah, 2),
-        fixed(pack.charge_ah / pack.rated_ah if pack.rated_ah else None, 1),
+        fixed(pack.full_cycles, 1),
         _with_error(capacity[-1]) if capacity else MISSING,
     )
     return (

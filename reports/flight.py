@@ -43,6 +43,7 @@ class PackUse:
         series_inferred: True if judged from the voltage.
         parallel: cells side by side.
         capacity_C: of the pack.
+        rated_C: its capacity as log or pack file state it, before any fit; None if neither does.
         capacity_known: False if it is only that of the cell that stands in.
         soc_by_rest: it is by the voltage of the whole pack, see `Pack`.
         temperature_known: False if it was not measured.
@@ -70,6 +71,7 @@ class PackUse:
     series_inferred: bool
     parallel: int
     capacity_C: float
+    rated_C: float | None
     capacity_known: bool
     soc_by_rest: bool
     temperature_known: bool

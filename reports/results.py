@@ -90,6 +90,7 @@ def _pack(report: FlightReport) -> PackPart:
         series_inferred=pack.series_inferred,
         parallel=pack.parallel,
         capacity_ah=pack.capacity_C / 3600,
+        rated_ah=None if pack.rated_C is None else pack.rated_C / 3600,
         origins=dict(pack.origins),
         fit=_fit(report),
         fit_refusal=pack.fitting.outcome.reason

@@ -75,6 +75,8 @@ class PackPart(Part):
     """True: judged from the voltage."""
     parallel: int
     capacity_ah: NotNegative
+    rated_ah: float | None
+    """As log or pack file state it, before any fit; null if neither does."""
     origins: dict[str, str]
     """Where each value that had to be chosen comes from, in words."""
     fit: FitPart | None

@@ -61,6 +61,7 @@ def test_a_capacity_nobody_knows_is_that_of_the_cell_and_said_so() -> None:
     assert use.capacity_C == CELL.nominal_capacity_C
     assert "not known" in use.origins["capacity_C"]
     assert not use.capacity_known
+    assert use.rated_C is None
 
 
 def test_the_pack_file_wins_over_the_log_and_every_key_of_it_counts() -> None:
@@ -77,6 +78,7 @@ def test_the_pack_file_wins_over_the_log_and_every_key_of_it_counts() -> None:
     assert pack.effects == ()
     assert use.calibrated
     assert use.serial == "of the file"
+    assert use.rated_C == pytest.approx(3.3 * 3600)
 
 
 def test_a_serial_number_in_the_log_and_a_measured_temperature_win_over_the_file() -> None:

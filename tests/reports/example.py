@@ -197,6 +197,7 @@ def pack() -> PackUse:
         series_inferred=True,
         parallel=1,
         capacity_C=2.2 * 3600,
+        rated_C=2.2 * 3600,
         capacity_known=True,
         cooling_known=False,
         soc_by_rest=True,

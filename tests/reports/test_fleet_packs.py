@@ -134,3 +134,13 @@ def test_flights_of_a_pack_that_nothing_names_are_counted_and_not_put_together()
 def test_a_copy_of_a_flight_is_no_second_one() -> None:
     one = flown("a", 1, "x")
     assert column(section_of(one, copied(one, "b")), "flights") == ["1"]
+
+
+def test_what_nobody_rated_is_no_share_of_a_cell_that_stands_in() -> None:
+    """2.05 Ah told, 2.2 Ah of the built-in cell before."""
+    use = replace(fitted("x", example.flight_fit(), 2.05), rated_C=None)
+    section = section_of(flight("a", 1, pack=use))
+    assert column(section, "capacity [Ah]") == ["2.050 ± 0.060"]
+    assert column(section, "of rated [%]") == ["–"]
+    charge_ah = sum(s.charge_ah for s in flight("a", 1, pack=use).result.segments)
+    assert column(section, "full cycles") == [f"{charge_ah / 2.05:.1f}"]
