@@ -33,11 +33,12 @@ NOT_NOISE = 4.0
 """Times the noise, held out: only what the best model leaves beyond can be the error of a cell that
 is not quite the right one. Nearer, what is left has to be noise."""
 CELL_V = 0.1
-"""Of a cell: what may be left in that case. Calibrated twins miss 10 to 80 mV of tests that they
+"""Of a cell: what may be left in that case. Calibrated twins miss 10 to 90 mV of tests that they
 have not seen (`benchmarks/calibration_real.py`); more is not explained."""
 OWN_ERROR = 2.0
 """Times the stated error of a twin, likewise: at other rates and in other air than those of its
-calibration it errs more (`benchmarks/calibration_real.py`: LG M50 38 mV at 10 degC, 80 at 0)."""
+calibration it errs more (`benchmarks/calibration_real.py`: LG M50 17 mV at 0.5C and 25 degC, 44 at
+1C and 10 degC)."""
 AS_STATED = 2.0
 """Standard errors that a pack states of a number: within, it is known to be so, not left out."""
 MOST_ALIKE = 3  # members of a list of equivalents that still is a name, if none is likely alone
