@@ -1,7 +1,8 @@
 """Packs of a fleet: how each was flown, what that cost, and what its flights tell of its health.
 
-A pack is known by its serial number, of the log or of the pack file. Flights of one that nothing
-names are counted, not put together: a battery's place in the vehicle is not the battery.
+A pack is known by its serial number: of the log, of the pack file, or the folder that was said to
+be one. Flights of a pack that nothing names are counted, not put together: a battery's place in the
+vehicle is not the battery.
 """
 
 from collections.abc import Sequence
@@ -83,7 +84,7 @@ class FlownPack:
 
     @property
     def charge_ah(self) -> float:
-        """Drawn."""
+        """Drawn in the segments of its flights."""
         return sum(s.charge_ah for r in self.results for s in r.segments)
 
     @property

@@ -12,7 +12,7 @@ from contextlib import suppress
 
 import numpy as np
 
-from twin.mismatch.flight import Flight
+from twin.mismatch.flight import Flight, FloatArray
 from twin.mismatch.left import beyond_cut_offs
 from twin.pack import Pack
 from twin.simulate import simulate_all
@@ -21,7 +21,7 @@ CELLS = 24  # drawn: a variance by so many is within 60 % of its own in 19 of 20
 
 
 def open_V(flights: Sequence[Flight]) -> float:
-    """By what the `allowed` cells differ from the twin as configured; rms over all that counts.
+    """Rms by which `allowed` cells differ from the twin as configured, over all that counts [V].
 
     One that is empty before the twin is none that flew this. 0 where no other is known.
     """
@@ -29,8 +29,8 @@ def open_V(flights: Sequence[Flight]) -> float:
     return float(np.sqrt(np.mean(np.concatenate(squares)))) if squares else 0.0
 
 
-def _squares_V2(flight: Flight) -> np.ndarray[tuple[int], np.dtype[np.float64]]:
-    """(j,) mean over the cells, of the samples that count; 0 from where the twin is empty."""
+def _squares_V2(flight: Flight) -> FloatArray:
+    """(j,) mean over the cells, of the samples that count; 0 from where the twin is empty [V^2]."""
     out = np.zeros(flight.time_s.size)
     if flight.allowed:
         wide = beyond_cut_offs(flight.pack)
