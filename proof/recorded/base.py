@@ -25,10 +25,10 @@ from twin.bpx_out import write_bpx
 from twin.builtin import load_cell
 from twin.calibrate.answer import answer
 from twin.calibrate.checks import fitted, predicted
-from twin.calibrate.out import cell_of
+from twin.calibrate.out import cell_of, fit_text
 from twin.calibrate.parameters import WARMING
 from twin.calibrate.reference import ReferenceTest
-from twin.calibrate.run import Progress, fit_from_everywhere, problem_of
+from twin.calibrate.run import Progress, conclusions, fit_from_everywhere, problem_of
 from twin.cell import Cell
 from twin.constants import ZERO_CELSIUS_K
 from twin.effects import SelfHeating, SeriesResistance
@@ -40,7 +40,7 @@ from twin.whole_file import write_whole
 
 FloatArray = npt.NDArray[np.float64]
 
-VERSION = 19  # of what is kept: raise it where the same inputs give another calibration
+VERSION = 20  # of what is kept: raise it where the same inputs give another calibration
 ALIKE = 0.8  # of a current: more is about as fast
 LEAST_TESTS = 2  # whole ones: one alone tells no losses
 RESTS = 0.02  # of the largest current: less is a rest, whose voltage is that of the open circuit
@@ -196,6 +196,7 @@ def _calibrate(given: Given, place: Path) -> None:
     names = ", ".join(t.name for t in tests)
     text = write_bpx(cell_of(best.problem, best.q), description=f"calibrated to {names}")
     write_whole(place / "cell.bpx.json", text)
+    write_whole(place / "cell.fit.json", fit_text(next(conclusions(best.problem, best.q, tests))))
     full_soc = min(float(numbers["initial_soc"]), 1.0)
     ohm = SeriesResistance(resistance_ohm=numbers["series_resistance_ohm"])
     cooling = of_mounts(best.problem, best.q, answer(best.problem, best.q))

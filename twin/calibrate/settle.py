@@ -126,7 +126,7 @@ def _missed_V(best: Settled) -> float:
     ends = np.cumsum([t.at.size for t in tests])
     for test, off in zip(tests, np.split(best.problem.residuals(best.q), ends), strict=False):
         noise_V = expected_V(test.noise_V, test.count)
-        squares.append(np.mean((off * test.sigma_V) ** 2 - noise_V**2))
+        squares.append(np.mean(((off * test.sigma_V) ** 2 - noise_V**2) / test.shape**2))
     return float(np.sqrt(max(np.median(squares), 0.0)))
 
 
