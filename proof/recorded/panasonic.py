@@ -41,6 +41,7 @@ LEFT_OUT_S = 20.0  # a longer step between samples hides a discharge
 BETWEEN_A = 0.87
 """Of the discharges between the pulses, which were not recorded. Their charge is (the counter went
 on), and every gap is as long as that charge takes at 0.87 A, and 1800 s (once 3600 s) of rest."""
+PUT_BACK_S = 10.0  # between samples that are put back: a longer step is a pause of the logger
 EDGE_S = 0.1  # the current rises and falls in that
 OFFSET_A = 0.009
 """Too much in the current that was written down at C/20, 0.145 A either way: 2.997 Ah drawn, and
@@ -102,8 +103,11 @@ def pulses(folder: Path, degrees: int = 25) -> RealTest:
     for k in np.flatnonzero(late & ~hidden).tolist():
         added[k] = [t[k] + TICK_S], [test.current_A[k + 1]]
     for k in np.flatnonzero(hidden).tolist():
-        stop_s = t[k] + EDGE_S + (counted_C[k + 1] - counted_C[k]) / BETWEEN_A
-        added[k] = [t[k] + EDGE_S, stop_s, stop_s + EDGE_S], [BETWEEN_A, BETWEEN_A, 0.0]
+        start_s = t[k] + EDGE_S
+        stop_s = start_s + (counted_C[k + 1] - counted_C[k]) / BETWEEN_A
+        flows_s = [*np.arange(start_s, stop_s - EDGE_S, PUT_BACK_S), stop_s]
+        rests_s = np.arange(stop_s + EDGE_S, t[k + 1] - EDGE_S, PUT_BACK_S)
+        added[k] = [*flows_s, *rests_s], [*([BETWEEN_A] * len(flows_s)), *([0.0] * rests_s.size)]
     return _with(test, added)
 
 
