@@ -47,6 +47,7 @@ LEAST_SQUARES, SEARCH = "least squares", "search"
 CORRECTION = "open-circuit curve"
 ADVICE = "further tests worth making"
 OTHER_START = 0.005  # of the charge
+OTHERS = 1.01  # times what the others count as missed: more is no rounding
 FAR = 3.0  # times what a twin may miss of a test: that may be the wrong valley
 SIGHTED = 3e-4
 """Of the cost, that a step has to gain from a start that may lead elsewhere: which valley is the
@@ -268,14 +269,22 @@ def conclusions(
 
 
 def _weights(problem: Problem) -> list[str]:
-    """Of tests that count for less than those that a twin follows."""
+    """Of tests that count for less than those that a twin follows, or than the others."""
     missed_V = taken_V(problem)
-    if missed_V <= MISSED_V:
-        return []
-    return [
-        f"the twin misses these tests by about {1e3 * missed_V:.1f} mV a cell, more than the "
-        f"{1e3 * MISSED_V:.0f} mV that one may: beside what is known beforehand they count for less"
-    ]
+    middle_V, out = float(missed_V.min()), []
+    if middle_V > MISSED_V:
+        out.append(
+            f"the twin misses these tests by about {1e3 * middle_V:.1f} mV a cell, more than the "
+            f"{1e3 * MISSED_V:.0f} mV that one may: beside what is known beforehand they count for "
+            "less"
+        )
+    less = [t.name for t, v in zip(problem.tests, missed_V, strict=True) if v > OTHERS * middle_V]
+    if less:
+        out.append(
+            f"the twin misses {', '.join(less)} by far more than the others: beside them "
+            f"{'they count' if len(less) > 1 else 'it counts'} for less"
+        )
+    return out
 
 
 def _starts(problem: Problem, q: FloatArray, tests: Sequence[ReferenceTest]) -> list[str]:

@@ -26,6 +26,7 @@ that it misses were noise, the thousand samples of a pulse test outweigh a disch
 MOST_REFINEMENTS = 4
 SAME_WEIGHTS, MOST_WEIGHTS = 0.1, 4
 """Of what is missed: a smaller change is not worth another fit; and how many there are at most."""
+MUCH = 2.0  # times what the twin misses of the test in the middle
 MINDED = 2.0  # of the cost, for each parameter held at its prior: as if two standard errors off
 UNNOTICED = 0.3
 """Norm of a change of the residuals that is not worth another fit: as these have unit variance, it
@@ -62,12 +63,14 @@ def weighed(best: Settled) -> Iterator[Settled]:
     """Fitted again as if the twin missed each test by what it does in the middle, if that is more.
 
     What it may miss is a guess. Where it misses far more, the tests would outweigh what is known
-    beforehand by as much, and what they hardly tell would follow what the twin lacks.
+    beforehand by as much, and what they hardly tell would follow what the twin lacks. A test that
+    it misses by more than MUCH times the middle counts as one of which it misses MUCH times less:
+    where the twin lacks something in few tests, all others would be missed for their sake.
     """
     end = best
     for _ in range(MOST_WEIGHTS):
-        before_V, missed_V = taken_V(end.problem), max(MISSED_V, _missed_V(end))
-        if not before_V or abs(missed_V / before_V - 1.0) < SAME_WEIGHTS:
+        before_V, missed_V = taken_V(end.problem), _missed_V(end)
+        if not before_V.all() or np.abs(missed_V / before_V - 1.0).max() < SAME_WEIGHTS:
             return
         for step in least_squares(of_a_model(end.problem, missed_V), end.q):
             yield (end := step)
@@ -107,27 +110,30 @@ def least_squares(
             return
 
 
-def of_a_model(problem: Problem, missed_V: float = MISSED_V) -> Problem:
-    """The same where the twin is not the cell: tests missed by `missed_V`, and noise."""
-    return problem.of_other_tests([t.of_a_model(missed_V, STRETCHES) for t in problem.tests])
+def of_a_model(problem: Problem, missed_V: FloatArray | float = MISSED_V) -> Problem:
+    """The same where the twin is not the cell: tests missed by `missed_V`, of each, and noise."""
+    each_V = np.broadcast_to(missed_V, len(problem.tests)).tolist()
+    return problem.of_other_tests(
+        [t.of_a_model(v, STRETCHES) for t, v in zip(problem.tests, each_V, strict=True)]
+    )
 
 
-def taken_V(problem: Problem) -> float:
-    """The `missed_V` of a problem `of_a_model`; 0 of another."""
-    return max(t.model_V / float(np.sqrt(max(1.0, t.at.size / STRETCHES))) for t in problem.tests)
+def taken_V(problem: Problem) -> FloatArray:
+    """(tests,) the `missed_V` of a problem `of_a_model`; 0 of another."""
+    shares = (float(np.sqrt(max(1.0, t.at.size / STRETCHES))) for t in problem.tests)
+    return np.array([t.model_V / share for t, share in zip(problem.tests, shares, strict=True)])
 
 
-def _missed_V(best: Settled) -> float:
-    """What the twin misses in a sample, beside noise, of the test in the middle of all.
-
-    Not of all together: one that was recorded with an offset would take their weight from the rest.
-    """
-    tests, squares = best.problem.tests, []
+def _missed_V(best: Settled) -> FloatArray:
+    """(tests,) as what each counts: by what the twin misses in a sample, beside noise."""
+    tests, own_V = best.problem.tests, []
     ends = np.cumsum([t.at.size for t in tests])
     for test, off in zip(tests, np.split(best.problem.residuals(best.q), ends), strict=False):
         noise_V = expected_V(test.noise_V, test.count)
-        squares.append(np.mean(((off * test.sigma_V) ** 2 - noise_V**2) / test.shape**2))
-    return float(np.sqrt(max(np.median(squares), 0.0)))
+        square = np.mean(((off * test.sigma_V) ** 2 - noise_V**2) / test.shape**2)
+        own_V.append(max(float(square), 0.0) ** 0.5)
+    middle_V = max(MISSED_V, float(np.median(own_V)))
+    return np.maximum(middle_V, np.array(own_V) / MUCH)
 
 
 def _moved(before: Problem, after: Problem) -> float:
