@@ -8,7 +8,7 @@ import pytest
 from tests.twin.calibrate.synthetic import PROTOCOLS, cell_pack, empty_tests
 from twin.calibrate.objective import Problem
 from twin.calibrate.reference import ReferenceTest
-from twin.calibrate.resample import local_means, noise_of, sampled
+from twin.calibrate.resample import STEEP, local_means, noise_of, sampled
 from twin.calibrate.run import problem_of
 from twin.load import Between
 
@@ -104,3 +104,28 @@ def test_it_starts_where_it_rests_not_where_a_current_flows(between: Between) ->
         voltage_V=4.0 - 0.05 * current_A, between=between,
     )  # fmt: skip
     assert sampled(test, 3 * 3600.0).start_V == pytest.approx(4.0, abs=1e-6)
+
+
+def diving(between: Between = Between.HOLD) -> ReferenceTest:
+    """10 min of rest, 1C: it bends at once, falls by half a volt a charge, at the end by 50."""
+    t = np.arange(0.0, 4200.0)
+    drawn = np.maximum(t - 600.0, 0.0) / 3600.0
+    bent_V = 0.1 * (1.0 - np.exp(-30.0 * np.sqrt(drawn)))
+    return ReferenceTest(
+        name="t", time_s=t, current_A=np.where(t < 600.0, 0.0, 1.0), between=between,
+        voltage_V=4.0 - bent_V - 0.5 * drawn - 50.0 * np.maximum(drawn - 0.98, 0.0),
+    )  # fmt: skip
+
+
+def test_what_a_model_may_miss_of_the_charge_counts_where_the_voltage_dives() -> None:
+    few = sampled(diving(), 3600.0)
+    dives = few.drawn_C > 0.985 * 3600.0
+    assert few.shape[few.drawn_C < 0.97 * 3600.0].max() < 1.001
+    assert few.shape[dives] == pytest.approx(STEEP * 50.0, rel=0.05)
+    loose = few.of_a_model(5e-3, few.at.size)
+    assert loose.sigma_V[dives] == pytest.approx(5e-3 * STEEP * 50.0, rel=0.05)
+    assert few.sigma_V[dives].max() < 2e-3  # of the cell itself nothing is missed
+
+
+def test_no_dive_is_seen_where_the_current_runs() -> None:
+    assert np.all(sampled(diving(Between.LINEAR), 3600.0).shape == 1.0)
