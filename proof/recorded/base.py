@@ -98,7 +98,8 @@ class Base:
         warming_K: rms by which it misses these temperatures; 0 without any.
         full_soc: state of charge after the charge before its first test.
         errors_V: rms of what was not fitted, by name.
-        fitted_V: rms of each fitted test.
+        fitted_V: rms of each fitted test; where its voltage dives, as much of what is missed as a
+            twin may miss elsewhere.
     """
 
     pack: Pack
@@ -219,7 +220,7 @@ def _calibrate(given: Given, place: Path) -> None:
         "warming_K": _warming_K(best),
         "full_soc": full_soc,
         "errors_V": errors_V,
-        "fitted_V": {f.name: float(f.rms_V) for f in fitted(best.problem, best.q, tests)},
+        "fitted_V": {f.name: f.even_rms_V for f in fitted(best.problem, best.q, tests)},
     }
     write_whole(place / "base.json", json.dumps(told, indent=1) + "\n")
 

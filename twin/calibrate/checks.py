@@ -31,6 +31,7 @@ class Fitted:
         noise_V: of a sample, as estimated from the recording alone.
         between: how the current runs between the samples.
         held_out_V: (n,) predicted by a fit to the other tests; None if there is none.
+        shape: (n,) what a twin may miss there over what it may elsewhere, `Sampled.shape`.
     """
 
     name: str
@@ -42,6 +43,7 @@ class Fitted:
     noise_V: float
     between: Between = Between.HOLD
     held_out_V: FloatArray | None = None
+    shape: FloatArray | float = 1.0
 
     @property
     def rms_V(self) -> float:
@@ -54,6 +56,18 @@ class Fitted:
         if self.held_out_V is None:
             return None
         return rms(self.measured_V - self.held_out_V)
+
+    @property
+    def even_rms_V(self) -> float:
+        """The same, what is missed where the voltage dives over `shape`."""
+        return rms((self.measured_V - self.simulated_V) / self.shape)
+
+    @property
+    def even_held_out_rms_V(self) -> float | None:
+        """The same of what is predicted without this test."""
+        if self.held_out_V is None:
+            return None
+        return rms((self.measured_V - self.held_out_V) / self.shape)
 
     def rms_by_soc_V(self) -> FloatArray:
         """(SOC_BINS,) from empty to full; NaN where the test has no samples."""
@@ -72,10 +86,10 @@ def rms(error: FloatArray) -> float:
 def own_error_V(tests: Sequence[Fitted]) -> float:
     """Rms by which a cell's voltage is missed in tests that it was not fitted to, each alike.
 
-    Beyond their noise. Of tests that the others do not predict to their end, or that nobody
+    Beyond their noise; where a voltage dives, as much of it as a twin may miss elsewhere. Of tests that the others do not predict to their end, or that nobody
     predicted: by the fit. Infinite if a cell does not come to the end of one.
     """
-    both_V = [(f.rms_V, _predicted_V(f)) for f in tests]
+    both_V = [(f.even_rms_V, _predicted_V(f)) for f in tests]
     missed_V = np.array([by_fit_V if by_V is None else by_V for by_fit_V, by_V in both_V])
     noise_V = np.array([f.noise_V for f in tests])
     return float(np.sqrt(np.mean(np.maximum(missed_V**2 - noise_V**2, 0.0))))
@@ -90,7 +104,7 @@ def stated_error_V(tests: Sequence[Fitted]) -> float | None:
 
 def _predicted_V(test: Fitted) -> float | None:
     """What the others miss of it; None if nobody asked, or they do not come to its end."""
-    missed_V = test.held_out_rms_V
+    missed_V = test.even_held_out_rms_V
     return missed_V if missed_V is not None and np.isfinite(missed_V) else None
 
 
@@ -103,6 +117,8 @@ def fitted(problem: Problem, q: FloatArray, tests: Sequence[ReferenceTest]) -> t
     for k, test in enumerate(tests):
         start_V = float(values[first + k])
         soc, told = problem.mapped(q, k).numbers["initial_soc"], ~test.mixed()
+        sample = problem.tests[k]
+        shape = np.broadcast_to(sample.shape, sample.at.size)
         one = Fitted(
             name=test.name,
             time_s=test.time_s[told],
@@ -110,8 +126,9 @@ def fitted(problem: Problem, q: FloatArray, tests: Sequence[ReferenceTest]) -> t
             measured_V=test.voltage_V[told],
             simulated_V=problem.replayed(q, test, start_V)[told],
             soc=(soc - test.drawn_C() / capacity_C)[told],
-            noise_V=problem.tests[k].noise_V,
+            noise_V=sample.noise_V,
             between=test.between,
+            shape=np.interp(test.time_s, sample.load.time_s[sample.at], shape)[told],
         )
         out.append(one)
     return tuple(out)
