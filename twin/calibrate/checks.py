@@ -86,8 +86,9 @@ def rms(error: FloatArray) -> float:
 def own_error_V(tests: Sequence[Fitted]) -> float:
     """Rms by which a cell's voltage is missed in tests that it was not fitted to, each alike.
 
-    Beyond their noise; where a voltage dives, as much of it as a twin may miss elsewhere. Of tests that the others do not predict to their end, or that nobody
-    predicted: by the fit. Infinite if a cell does not come to the end of one.
+    Beyond their noise; where a voltage dives, as much of it as a twin may miss elsewhere. Of tests
+    that the others do not predict to their end, or that nobody predicted: by the fit. Infinite if
+    a cell does not come to the end of one.
     """
     both_V = [(f.even_rms_V, _predicted_V(f)) for f in tests]
     missed_V = np.array([by_fit_V if by_V is None else by_V for by_fit_V, by_V in both_V])
