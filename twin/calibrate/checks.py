@@ -118,8 +118,6 @@ def fitted(problem: Problem, q: FloatArray, tests: Sequence[ReferenceTest]) -> t
     for k, test in enumerate(tests):
         start_V = float(values[first + k])
         soc, told = problem.mapped(q, k).numbers["initial_soc"], ~test.mixed()
-        sample = problem.tests[k]
-        shape = np.broadcast_to(sample.shape, sample.at.size)
         one = Fitted(
             name=test.name,
             time_s=test.time_s[told],
@@ -127,9 +125,9 @@ def fitted(problem: Problem, q: FloatArray, tests: Sequence[ReferenceTest]) -> t
             measured_V=test.voltage_V[told],
             simulated_V=problem.replayed(q, test, start_V)[told],
             soc=(soc - test.drawn_C() / capacity_C)[told],
-            noise_V=sample.noise_V,
+            noise_V=problem.tests[k].noise_V,
             between=test.between,
-            shape=np.interp(test.time_s, sample.load.time_s[sample.at], shape)[told],
+            shape=problem.tests[k].shape_at(test.time_s)[told],
         )
         out.append(one)
     return tuple(out)

@@ -88,6 +88,11 @@ class Sampled:
         """Whether it starts at rest, so that its voltage tells the state."""
         return self.start_sigma_V <= RESTED_V
 
+    def shape_at(self, time_s: FloatArray) -> FloatArray:
+        """(n,) `shape` at other times (n,) of the test."""
+        own = np.broadcast_to(self.shape, self.at.size)
+        return np.asarray(np.interp(time_s, self.load.time_s[self.at], own), dtype=float)
+
     def as_expected(self) -> "Sampled":
         """The same before anything was fitted to it."""
         sigma_V = np.hypot(expected_V(self.noise_V, self.count), self.model_V * self.shape)
