@@ -52,7 +52,7 @@ class Problem:
         free: (k,) positions in `table` of those that are asked for; the others stay at their mean.
         held: (k,) which of these stay there too, since the tests do not tell them.
         unbumped: of a cell with bumps on its potential the test that tells it best, and what a fit
-            without them leaves of that, rms [V]; else None.
+            without them leaves of that, `even_rms_V`; else None.
     """
 
     def __init__(  # noqa: PLR0913
@@ -243,6 +243,12 @@ class Problem:
         """Of measured minus simulated at the compared samples of a test."""
         off_V = self.tests[test].voltage_V - self.simulated(q, test).voltage_V
         return float(np.sqrt(np.mean(off_V**2)))
+
+    def even_rms_V(self, q: FloatArray, test: int) -> float:
+        """The same, what is missed where the voltage dives over `Sampled.shape`."""
+        sample = self.tests[test]
+        off_V = sample.voltage_V - self.simulated(q, test).voltage_V
+        return float(np.sqrt(np.mean((off_V / sample.shape) ** 2)))
 
     @property
     def nominal_C(self) -> float:

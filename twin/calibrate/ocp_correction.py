@@ -36,7 +36,7 @@ class Correction:
         heights_V: (k,) of the bumps.
         stds_V: (k,) their standard errors.
         test: name of the test that tells the curve best.
-        rms_V: what a fit without the correction leaves of it,
+        rms_V: what a fit without the correction leaves of it, less where it dives,
         corrected_rms_V: and what is left with it.
         gain: twice the logarithm of the odds for it.
     """
@@ -102,7 +102,7 @@ def with_bumps(problem: Problem, q: FloatArray) -> Problem | None:
     numbers = problem.mapped(q, slow).numbers
     full, empty = (numbers[f"positive.stoichiometry_{end}"] for end in ("min", "max"))
     potential = evenly(problem.pack.cell.positive.ocp_V, full, empty, BUMPS)
-    unbumped = problem.tests[slow].name, problem.rms_V(q, slow)
+    unbumped = problem.tests[slow].name, problem.even_rms_V(q, slow)
     left = [t.as_expected() for t in problem.tests]
     problem = problem.of_other_tests(left).holding(())
     return problem.bumped(potential, unbumped=unbumped)
@@ -125,6 +125,6 @@ def correction_of(problem: Problem, q: FloatArray, told: Answer) -> Correction |
         stds_V=tuple((BUMP_V * np.sqrt(np.diag(covariance))).tolist()),
         test=test,
         rms_V=rms_V,
-        corrected_rms_V=problem.rms_V(q, place),
+        corrected_rms_V=problem.even_rms_V(q, place),
         gain=float(gain),
     )
