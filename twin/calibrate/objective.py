@@ -42,8 +42,8 @@ SPAN_K = 8.0
 """Of the tests' surroundings: less does not tell an activation energy from a rate.
 
 Nor do cells that warm themselves: what they lose falls as they warm, and changes with their charge.
-Of a Samsung 30Q from 20 degC, warmed by 15 K at 1C, 64 kJ/mol of conduction were found so, and of
-an LG M50 37 kJ/mol of diffusion in the salt, by which it ran out of salt at 0 degC."""
+Of a Samsung 30Q that 1C warms by 11 K, 64 kJ/mol of conduction were found so, and of an LG M50 that
+it warms by 9 K, 37 kJ/mol of diffusion in the salt, by which it ran out of salt at 0 degC."""
 
 
 class Problem:

@@ -72,8 +72,8 @@ def test_activation_energies_are_free_where_tests_were_warm_and_cold() -> None:
     for given, tests, free in (
         (pack, [one, near], False),
         (pack, [one, cold], True),
-        (pack, [one, warmed], False),  # an isothermal twin is as warm as the room
-        (heated, [one, warmed], True),
+        (heated, [one, warmed], False),  # with its charge falls what it loses, as with its warmth
+        (heated, [warmed, cold], True),
     ):
         names = {p.name for p in problem_of(given, tests).parameters}
         assert names.issuperset(ACTIVATIONS) == free, (given.effects, tests[1].name)
