@@ -105,7 +105,7 @@ def test_tests_of_a_cell_are_physical(make: object) -> None:
         assert test.time_s[0] == 0.0
         assert np.all(np.diff(test.time_s) > 0)
         volts = test.voltage_V / cell.baseline.series
-        assert np.isfinite(volts).mean() > 0.99
+        assert np.isfinite(volts).mean() > 0.96  # rows that are put back between pulses have none
         assert np.nanmin(volts) > 1.9
         assert np.nanmax(volts) < 4.6
         assert 0 < test.drawn_C[-1] < 1.15 * held_C(cell.baseline)
