@@ -37,7 +37,7 @@ CELL_V = 0.1
 have not seen (`benchmarks/calibration_real.py`); more is not explained."""
 OWN_ERROR = 2.0
 """Times the stated error of a twin, likewise: at other rates and in other air than those of its
-calibration it errs more (`benchmarks/calibration_real.py`: LG M50 17 mV at 0.5C and 25 degC, 44 at
+calibration it errs more (`benchmarks/calibration_real.py`: LG M50 19 mV at 0.5C and 25 degC, 46 at
 1C and 10 degC)."""
 AS_STATED = 2.0
 """Standard errors that a pack states of a number: within, it is known to be so, not left out."""
