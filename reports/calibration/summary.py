@@ -129,8 +129,8 @@ def _rows(report: CalibrationReport) -> tuple[Row, ...]:
         rows.append(_held_out(held))
     use, note = f"--pack {report.pack_file}", "with analyze, or twin replay, age and explain"
     if error_V := stated_error_V(found.fitted):
-        stated = f"errs by {fixed(1e3 * error_V, 1)} mV a cell in tests it was not fitted to (less "
-        stated += "of what it misses where a voltage dives)"
+        stated = f"errs by {fixed(1e3 * error_V, 1)} mV a cell in tests it was not fitted to (what "
+        stated += "it misses where a voltage dives counts for less)"
         note += f"; it states that it {stated}"
     rows.append(Row(label="To use it", value=use, note=note))
     if found.advice:
