@@ -123,6 +123,13 @@ MIXTURE_mol_m3, MIXTURES_m2_s = 1000.0, (1.77e-10, 3.22e-10)
 Nyman, Behm and Lindbergh (2008), doi:10.1016/j.electacta.2008.04.023, and Valoen and Reimers
 (2005), doi:10.1149/1.1872737; between them Ecker et al. (2015), doi:10.1149/2.0551509jes (2.59e-10)
 and Landesfeind and Gasteiger (2019), doi:10.1149/2.0571912jes (2.89e-10)."""
+MIXTURES_J_mol = {
+    "electrolyte.diffusivity_activation_J_mol": (17.0e3, 33.5e3),
+    "electrolyte.conductivity_activation_J_mol": (13.5e3, 17.1e3),
+}
+"""Activation energies of the same between 0 and 25 degC: of diffusion by Landesfeind and Gasteiger
+(EC:EMC 3:7) and by Valoen and Reimers, of conduction by the former and by Ecker et al. (both of
+whom also lie between: 17.1 of diffusion, 14.0 of conduction)."""
 LEAST_PORES = 0.7
 """Of the porosity of the cell to start from. Measured coatings have 0.25 (negative of the LG M50:
 Chen et al. 2020, doi:10.1149/1945-7111/ab9050) to 0.33 (negative of a Kokam: Ecker et al.)."""
@@ -295,8 +302,13 @@ def _salt_diffusivity(cell: Cell) -> Parameter:
 
 
 def _activation(name: str, mean: float) -> Parameter:
+    """Of the salt not what no electrolyte has, as its diffusivity."""
+    lower, upper = 0.0, max(ACTIVATION_MOST_J_mol, 1.5 * mean)
+    if name in MIXTURES_J_mol:
+        least, most = MIXTURES_J_mol[name]
+        lower, upper = min(least, mean) / MIXTURE_FACTOR, max(most, mean) * MIXTURE_FACTOR
     return Parameter(name=name, unit="J/mol", mean=mean, std=ACTIVATION_STD_J_mol,
-                     lower=0.0, upper=max(ACTIVATION_MOST_J_mol, 1.5 * mean))  # fmt: skip
+                     lower=lower, upper=upper)  # fmt: skip
 
 
 def _porosity(name: str, numbers: dict[str, float]) -> Parameter:
