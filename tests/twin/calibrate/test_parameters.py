@@ -9,6 +9,7 @@ from twin.builtin import load_cell
 from twin.calibrate.parameters import (
     MIXTURE_FACTOR,
     MIXTURE_mol_m3,
+    MIXTURES_J_mol,
     MIXTURES_m2_s,
     Parameter,
     cell_table,
@@ -48,3 +49,21 @@ def test_a_pack_that_is_said_to_lose_no_heat_may_lose_little() -> None:
     assert transfer.name == "heat_transfer_W_m2_K"
     assert 0.0 < transfer.mean < 0.1
     assert transfer.bounds[0] < 0.0 < transfer.bounds[1]
+
+
+def test_salt_warms_as_mixtures_that_were_measured() -> None:
+    table = {p.name: p for p in cell_table(Pack(cell=load_cell("lg_m50")), warm_and_cold=True)}
+    for number, (least, most) in MIXTURES_J_mol.items():
+        salt = table[number]
+        assert least <= salt.mean <= most
+        assert salt.lower == pytest.approx(least / MIXTURE_FACTOR)
+        assert salt.upper == pytest.approx(most * MIXTURE_FACTOR)
+    assert table["positive.rate_activation_J_mol"].lower == 0.0
+
+
+def test_a_salt_that_warms_otherwise_is_within_its_own_bounds() -> None:
+    cell = load_cell("lg_m50")
+    salt = replace(cell.electrolyte, conductivity_activation_J_mol=40e3)
+    table = cell_table(Pack(cell=replace(cell, electrolyte=salt)), warm_and_cold=True)
+    (found,) = (p for p in table if p.name == "electrolyte.conductivity_activation_J_mol")
+    assert found.lower < 40e3 < found.upper
