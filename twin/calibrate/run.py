@@ -26,6 +26,7 @@ from twin.calibrate.objective import Problem
 from twin.calibrate.ocp_correction import Correction, correction_of, with_bumps
 from twin.calibrate.polish import SMALL_GAIN
 from twin.calibrate.reference import ReferenceTest, left_unknown
+from twin.calibrate.remarks import of_starts, of_weights
 from twin.calibrate.resample import sampled
 from twin.calibrate.settle import (
     MISSED_V,
@@ -33,7 +34,6 @@ from twin.calibrate.settle import (
     least_squares,
     of_a_model,
     settled,
-    taken_V,
     weighed_and_held,
 )
 from twin.calibrate.single_cell import labelled_C
@@ -46,8 +46,6 @@ FloatArray = npt.NDArray[np.float64]
 LEAST_SQUARES, SEARCH = "least squares", "search"
 CORRECTION = "open-circuit curve"
 ADVICE = "further tests worth making"
-OTHER_START = 0.005  # of the charge
-OTHERS = 1.01  # times what the others count as missed: more is no rounding
 FAR = 3.0  # times what a twin may miss of a test: that may be the wrong valley
 SIGHTED = 3e-4
 """Of the cost, that a step has to gain from a start that may lead elsewhere: which valley is the
@@ -243,7 +241,7 @@ def conclusions(
     remarks = [f"{t.name}: {r}" for t in tests for r in t.remarks]
     correction = correction_of(problem, q, told)
     remarks += [str(correction)] if correction else []
-    remarks += [*_weights(problem), *_starts(problem, q, tests)]
+    remarks += [*of_weights(problem), *of_starts(problem, q, tests)]
     found = Calibration(
         problem=problem,
         q=q,
@@ -266,36 +264,6 @@ def conclusions(
                 after = (*found.fitted[:k], shown, *found.fitted[k + 1 :])
                 found = replace(found, fitted=after, missing=others[k + 1 :])
             yield found
-
-
-def _weights(problem: Problem) -> list[str]:
-    """Of tests that count for less than those that a twin follows, or than the others."""
-    missed_V = taken_V(problem)
-    middle_V, out = float(missed_V.min()), []
-    if middle_V > MISSED_V:
-        out.append(
-            f"the twin misses these tests by about {1e3 * middle_V:.1f} mV a cell, more than the "
-            f"{1e3 * MISSED_V:.0f} mV that one may: beside what is known beforehand they count for "
-            "less"
-        )
-    less = [t.name for t, v in zip(problem.tests, missed_V, strict=True) if v > OTHERS * middle_V]
-    if less:
-        out.append(
-            f"the twin misses {', '.join(less)} by far more than the others: beside them "
-            f"{'they count' if len(less) > 1 else 'it counts'} for less"
-        )
-    return out
-
-
-def _starts(problem: Problem, q: FloatArray, tests: Sequence[ReferenceTest]) -> list[str]:
-    """Of tests that began with another charge than a replay of the pack does."""
-    told = problem.pack.initial_soc
-    own = [problem.mapped(q, k).numbers["initial_soc"] for k in range(len(tests))]
-    return [
-        f"{t.name}: began with {soc:.1%} of its charge, as fitted; a pack starts with {told:.1%}"
-        for t, soc in zip(tests, own, strict=True)
-        if abs(soc - told) > OTHER_START and not problem.pack.soc_by_rest
-    ]
 
 
 def conclude(

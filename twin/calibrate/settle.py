@@ -125,7 +125,11 @@ def taken_V(problem: Problem) -> FloatArray:
 
 
 def _missed_V(best: Settled) -> FloatArray:
-    """(tests,) as what each counts: by what the twin misses in a sample, beside noise."""
+    """(tests,) as what each counts: by what the twin misses in a sample, beside noise.
+
+    In the middle of all, not of all together: one that was recorded with an offset would take their
+    weight from the rest.
+    """
     tests, own_V = best.problem.tests, []
     ends = np.cumsum([t.at.size for t in tests])
     for test, off in zip(tests, np.split(best.problem.residuals(best.q), ends), strict=False):

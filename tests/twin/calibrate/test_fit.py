@@ -10,11 +10,11 @@ import numpy.typing as npt
 import pytest
 
 from tests.twin.calibrate.synthetic import cell_pack, measured
-from twin.calibrate import run
 from twin.calibrate.answer import Verdict
 from twin.calibrate.checks import Fitted, predicted, rms
 from twin.calibrate.objective import Problem
 from twin.calibrate.reference import ReferenceTest
+from twin.calibrate.remarks import of_starts
 from twin.calibrate.resample import LOADED_V
 from twin.calibrate.run import (
     SEARCH,
@@ -231,6 +231,6 @@ def test_a_test_that_began_with_another_charge_than_a_replay_is_said(
         pack=own, mapped=lambda _, k: SimpleNamespace(numbers={"initial_soc": starts[k]})
     )
     tests = [SimpleNamespace(name=name) for name in ("0.1C", "2C")]
-    said = run._starts(problem, np.zeros(1), tests)  # type: ignore[arg-type]
+    said = of_starts(problem, np.zeros(1), tests)  # type: ignore[arg-type]
     told = "0.1C: began with 97.6% of its charge, as fitted; a pack starts with 100.0%"
     assert said == [told] * count
