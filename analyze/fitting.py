@@ -2,7 +2,7 @@
 
 from dataclasses import replace
 
-from analyze.replaying import gaps_of, judged_of, replay
+from analyze.replaying import gaps_of, in_flight, measured_V, replay
 from analyze.start import pack_of
 from flightlogs.errors import LogWarning
 from flightlogs.recording import Recording
@@ -69,7 +69,7 @@ def _outcome(
         scale="current_scale_doubtful" not in codes,
         charge=not bridged and "coulomb_mismatch" not in codes,
     )
-    flown = Flown(load=played.load, voltage_V=recording.voltage_V, in_air=judged_of(recording))
+    flown = Flown(load=played.load, voltage_V=measured_V(recording), in_air=in_flight(recording))
     return fit_flight(pack_of(use, cell), flown, known)
 
 

@@ -4,6 +4,7 @@ import numpy as np
 import numpy.typing as npt
 
 from analyze.start import pack_of
+from flightlogs.held import measured_anew
 from flightlogs.recording import Recording
 from reports.flight import Gaps, PackUse
 from twin.cell import Cell
@@ -44,10 +45,23 @@ def load_of(recording: Recording, use: PackUse) -> Load:
     )
 
 
-def judged_of(recording: Recording) -> npt.NDArray[np.bool_]:
+def in_flight(recording: Recording) -> npt.NDArray[np.bool_]:
     """(n,) the samples between take-off and landing."""
     t, flight = recording.time_s, recording.flight
     return np.asarray((t >= flight.start_s) & (t <= flight.stop_s))
+
+
+def judged_of(recording: Recording) -> npt.NDArray[np.bool_]:
+    """(n,) those of them whose voltage does not repeat one before, see `measured_anew`."""
+    judged = in_flight(recording)
+    judged[judged] = measured_anew(recording.voltage_V[judged], recording.current_A[judged])
+    return judged
+
+
+def measured_V(recording: Recording) -> npt.NDArray[np.float64]:
+    """(n,) the voltage, NaN where in flight it repeats one before."""
+    repeats = in_flight(recording) & ~judged_of(recording)
+    return np.where(repeats, np.nan, recording.voltage_V)
 
 
 def replay(recording: Recording, use: PackUse, cell: Cell) -> Replay:

@@ -8,6 +8,7 @@ import numpy as np
 from flightlogs import quality
 from flightlogs.errors import LogWarning, Refusal
 from flightlogs.flight import Flights, choose_flight, refuse_other_vehicles
+from flightlogs.held import held_warning
 from flightlogs.holes import gap_warning, measured_charge_C, voltage_warning
 from flightlogs.log import BatteryLog, Channel, FlightLog, FloatArray, Interval, Vehicle
 from flightlogs.recording import Recording
@@ -69,6 +70,7 @@ def assemble(
         gap_warning(t, flights.flight, current.source),
         None if pack.voltage_V is None else voltage_warning(voltage_V[flying], pack.label),
         quality.saturation_warning(current.values[flying], current.source),
+        held_warning(voltage_V[flying], current.values[flying], pack.label),
         capacity_doubt,
         _simulation_warning(log),
         _unknown_vehicle(log),

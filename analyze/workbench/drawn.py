@@ -20,6 +20,7 @@ from analyze.pipeline import Source, read_flight
 from analyze.replaying import judged_of, load_of
 from analyze.start import pack_of, pack_use
 from flightlogs.errors import LogError
+from flightlogs.held import held_warning, measured_anew
 from flightlogs.quality import saturation_warning, unsaturated
 from reports.flight import PackUse
 from reports.quantity import ampere_hours, celsius, fixed
@@ -149,16 +150,24 @@ def _of_csv(ask: Ask, choice: PackChoice) -> Drawn:
     table = renewed(table) if measured else table
     cell, remarks = cell_of(choice.cell)
     use = pack_use(None, choice.file, cell, builtin=isinstance(choice.cell, str), table=table)
-    n = table.time_s.size
-    saturated = saturation_warning(table.current_A, name) if measured else None
+    recorded_V = np.full(table.time_s.size, np.nan) if table.voltage_V is None else table.voltage_V
+    judged, doubts = np.ones(recorded_V.size, dtype=bool), table.remarks
+    if measured:
+        judged = unsaturated(table.time_s, table.current_A)
+        judged &= measured_anew(recorded_V, table.current_A)
+        doubtful = (
+            saturation_warning(table.current_A, name),
+            held_warning(recorded_V, table.current_A, name),
+        )
+        doubts += tuple(w.message for w in doubtful if w)
     return Drawn(
         name=name,
         load=table.load(between=between, ambient_K=use.ambient_K),
-        recorded_V=np.full(n, np.nan) if table.voltage_V is None else table.voltage_V,
-        judged=unsaturated(table.time_s, table.current_A) if measured else np.ones(n, dtype=bool),
+        recorded_V=recorded_V,
+        judged=judged,
         pack=pack_of(use, cell),
         use=use,
-        doubts=(*table.remarks, *([saturated.message] if saturated else []), *remarks),
+        doubts=(*doubts, *remarks),
         temperature_K=table.temperature_K,
         cell_voltage_V=table.cell_voltage_V,
     )

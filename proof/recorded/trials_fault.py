@@ -21,7 +21,7 @@ from pathlib import Path
 import numpy as np
 
 from analyze.pipeline import Source, read_flight
-from analyze.replaying import judged_of
+from analyze.replaying import in_flight, measured_V
 from analyze.start import pack_of
 from proof.question import Question
 from proof.recorded import about_energy, panasonic
@@ -186,8 +186,8 @@ def flown(log: Path) -> Run:
         known=known,
         time_s=r.time_s - r.time_s[0],
         current_A=r.current_A,
-        voltage_V=r.voltage_V,
-        counted=judged_of(r),
+        voltage_V=measured_V(r),
+        counted=in_flight(r),
         rounds=FLIGHT_ROUNDS,
     )
 

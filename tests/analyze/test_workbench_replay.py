@@ -230,6 +230,18 @@ def test_a_current_that_saturates_is_doubtful(tmp_path: Path) -> None:
     assert "samples stand at" not in bench.output
 
 
+def test_a_voltage_slower_than_its_log_is_doubtful(tmp_path: Path) -> None:
+    current_A = np.random.default_rng(1).normal(2.0, 0.4, 400)
+    held_V = np.repeat(np.round(16.0 - 0.2 * current_A[::4], 2), 4)
+    both = enumerate(zip(current_A.tolist(), held_V.tolist(), strict=True))
+    rows = "".join(f"{t / 10},{i},{v}\n" for t, (i, v) in both)
+    path = load(tmp_path, f"time_s,current_A,voltage_V\n{rows}")
+    result = call(tmp_path, path)
+    assert result.exit_code == 0, result.output
+    repeats = int(np.count_nonzero(np.diff(held_V) == 0.0))
+    assert f"more seldom than it is logged: {repeats} of 400 samples repeat it" in result.output
+
+
 def test_the_cases_before_an_interrupt_are_written(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

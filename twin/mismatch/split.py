@@ -50,7 +50,7 @@ ALSO_SURE = 9.0
 """Of what chance makes of noise of a current, as `white.SURE`, where another recording of the same
 pack has such noise: it is the same sensor's."""
 SHARPER = 0.9  # of the noise that was thought, or its inverse
-LEAST_SAMPLES = 50
+LEAST_SAMPLES = 40  # half a minute of a voltage that is measured every 0.8 s has so many
 LEAST_OF_A_PART = 5  # of a single recording: what is fitted of it, and what is held out
 LEAST_S = 15.0
 

@@ -70,3 +70,15 @@ def test_a_short_recording_at_a_high_rate_is_long_enough(random: np.random.Gener
     """Fewer samples than there are in the mean that is taken out: it was a fault of the program."""
     white_V = NOISE_V * random.normal(0.0, 1.0, 400)
     assert smooth_noise(white_V, current_A(random)[:400], 0.02) is None
+
+
+@pytest.mark.parametrize("stays_s", [2.0, 3.0])
+def test_a_contact_that_comes_and_goes_is_no_filter(
+    random: np.random.Generator, stays_s: float
+) -> None:
+    """At 2 Hz it follows itself as a filter's noise does, but most samples do not move by it."""
+    flips = random.random(N) < 0.5 / stays_s
+    drawn_A = current_A(random)
+    contact_V = -6e-3 * drawn_A * (np.cumsum(flips) % 2)
+    residual_V = contact_V + NOISE_V * random.normal(0.0, 1.0, N)
+    assert smooth_noise(residual_V, drawn_A, 0.5) is None
