@@ -8,7 +8,7 @@ import numpy as np
 from flightlogs import quality
 from flightlogs.errors import LogWarning, Refusal
 from flightlogs.flight import Flights, choose_flight, refuse_other_vehicles
-from flightlogs.held import held_warning
+from flightlogs.held import current_held_warning, measured_anew, voltage_held_warning
 from flightlogs.holes import gap_warning, measured_charge_C, voltage_warning
 from flightlogs.log import BatteryLog, Channel, FlightLog, FloatArray, Interval, Vehicle
 from flightlogs.recording import Recording
@@ -24,11 +24,15 @@ MOST_DRAWN = 1.2  # of the capacity: a pack gives 1.1 of its label, and sensors 
 
 @dataclass(frozen=True, slots=True)
 class _Current:
-    """The current that is used: (n,) times and values, all finite."""
+    """The current that is used: (n,) times and values, all finite.
+
+    Of these `repeats` were none of their own, and are straight between the others.
+    """
 
     time_s: FloatArray
     values: FloatArray
     source: str
+    repeats: int = 0
 
 
 def assemble(
@@ -70,7 +74,8 @@ def assemble(
         gap_warning(t, flights.flight, current.source),
         None if pack.voltage_V is None else voltage_warning(voltage_V[flying], pack.label),
         quality.saturation_warning(current.values[flying], current.source),
-        held_warning(voltage_V[flying], current.values[flying], pack.label),
+        current_held_warning(current.repeats, t.size, current.source),
+        voltage_held_warning(voltage_V[flying], current.values[flying], pack.label),
         capacity_doubt,
         _simulation_warning(log),
         _unknown_vehicle(log),
@@ -139,7 +144,11 @@ def _current(
             f"{flights.flight.start_s:.1f} and {flights.flight.stop_s:.1f} s, where it flew; "
             f"at least {LEAST_FLIGHT_SAMPLES} are needed",
         )
-    return _Current(time_s, values, source)
+    if sensor is not None:
+        return _Current(time_s, values, source)
+    own = measured_anew(values, values)
+    straight_A = np.interp(time_s, time_s[own], values[own])
+    return _Current(time_s, straight_A, source, int(np.count_nonzero(~own)))
 
 
 def _on(

@@ -20,7 +20,7 @@ from analyze.pipeline import Source, read_flight
 from analyze.replaying import judged_of, load_of
 from analyze.start import pack_of, pack_use
 from flightlogs.errors import LogError
-from flightlogs.held import held_warning, measured_anew
+from flightlogs.held import measured_anew, voltage_held_warning
 from flightlogs.quality import saturation_warning, unsaturated
 from reports.flight import PackUse
 from reports.quantity import ampere_hours, celsius, fixed
@@ -157,7 +157,7 @@ def _of_csv(ask: Ask, choice: PackChoice) -> Drawn:
         judged &= measured_anew(recorded_V, table.current_A)
         doubtful = (
             saturation_warning(table.current_A, name),
-            held_warning(recorded_V, table.current_A, name),
+            voltage_held_warning(recorded_V, table.current_A, name),
         )
         doubts += tuple(w.message for w in doubtful if w)
     return Drawn(

@@ -205,6 +205,20 @@ def test_a_current_at_the_end_of_the_sensor_s_range_is_used_as_it_is_and_said() 
     assert "current_saturated" not in codes(whole)
 
 
+def test_a_current_that_is_held_is_straight_between_what_was_measured() -> None:
+    lively_A = np.asarray(px4.trace(px4.times(5.0)).current_A)
+    lively_A = lively_A + np.random.default_rng(1).normal(0.0, 1.0, lively_A.size)
+    held_A = np.repeat(lively_A[::5], 5)[: lively_A.size]
+    got = assemble(log(px4.ulog({"battery": px4.pack(current_A=held_A)})))
+    expected_A = np.interp(np.arange(held_A.size), np.arange(0, held_A.size, 5), lively_A[::5])
+    np.testing.assert_allclose(got.current_A, expected_A, rtol=1e-5)
+    said = next(w.message for w in got.warnings if w.code == "current_held")
+    repeats = held_A.size - lively_A[::5].size
+    assert f"{repeats} of {held_A.size} samples repeat it" in said
+    whole = assemble(log(px4.ulog({"battery": px4.pack(current_A=lively_A)})))
+    assert "current_held" not in codes(whole)
+
+
 def test_gaps_in_the_current_stay_gaps_and_are_said() -> None:
     t = px4.times(5.0)
     kept = (t < 20) | (t >= 24)
