@@ -65,7 +65,7 @@ def measured_V(recording: Recording) -> npt.NDArray[np.float64]:
 
 
 def replay(recording: Recording, use: PackUse, cell: Cell) -> Replay:
-    """Draw the recorded current from the pack; judged between take-off and landing."""
+    """Draw the recorded current from the pack; judged in flight, as `judged_of` says."""
     load = load_of(recording, use)
     return Replay(
         load=load,

@@ -1,4 +1,7 @@
-"""What is measured more seldom than it is logged: `measured_anew`."""
+"""What is measured more seldom than it is logged: `measured_anew`.
+
+One channel by itself; whole lines of a CSV that are written again: `twin.renewed`.
+"""
 
 import numpy as np
 import numpy.typing as npt
@@ -12,7 +15,7 @@ LOADED = 0.25  # of the median current: at rest everything stands still
 LEAST_STANDS = 20  # fewer tell nothing of their lengths
 REGULAR = 0.7  # of the usual length: a sensor's own clock makes hardly a shorter one
 MOVES = 1.5  # steps of the values: what moves by one at a time is slow, and rounded
-ALIKE = 1e-6  # V or A between two values that are one step
+ALIKE = 1e-6  # V or A: values that differ by less are one
 
 
 def measured_anew(values: FloatArray, current_A: FloatArray) -> BoolArray:
@@ -25,7 +28,7 @@ def measured_anew(values: FloatArray, current_A: FloatArray) -> BoolArray:
 
     Args:
         values: (n,), NaN where not measured; of a vehicle in flight.
-        current_A: (n,) at the same times.
+        current_A: (n,) of the pack at the same times, which says what is a rest.
     """
     known = np.flatnonzero(np.isfinite(values))
     own, size_A = values[known], np.abs(current_A[known])
@@ -47,7 +50,7 @@ def measured_anew(values: FloatArray, current_A: FloatArray) -> BoolArray:
 def voltage_held_warning(
     voltage_V: FloatArray, current_A: FloatArray, where: str
 ) -> LogWarning | None:
-    """How many samples of a voltage (n,) repeat it, see `measured_anew`."""
+    """How many samples of a voltage (n,) repeat it beside a current (n,), see `measured_anew`."""
     repeats = int(np.count_nonzero(~measured_anew(voltage_V, current_A)))
     if not repeats:
         return None
