@@ -64,6 +64,7 @@ class _Scan:
     found: defaultdict[Layout, list[int]] = field(default_factory=lambda: defaultdict(list))
     decoded_bytes: int = 0
     damaged_places: int = 0
+    truncated: bool = False
 
     def run(self) -> None:
         """Find every record that can be trusted."""
@@ -76,11 +77,14 @@ class _Scan:
             followed = stop == end or data[stop : stop + 2] == head
             if length and stop <= end and (followed or (chained and self._whole(at, stop))):
                 self._accept(at, length)
-                at, chained = stop, True
+                at, chained, self.truncated = stop, True, False
                 continue
-            self.damaged_places += chained
+            if chained:
+                self.damaged_places, self.truncated = self.damaged_places + 1, stop > end
             at, chained = self._next_head(at + 1), False
-        self.damaged_places += chained and at < end
+        if chained and at < end:  # too few bytes to tell a type
+            self.damaged_places, self.truncated = self.damaged_places + 1, data[at] == head[0]
+        self.damaged_places -= self.truncated
 
     def _whole(self, at: int, stop: int) -> bool:
         """False if bytes were lost inside the record, so that the next one begins within it."""
@@ -154,6 +158,7 @@ def read_binary(data: bytes, *, wanted: frozenset[str], clocks: frozenset[str]) 
         decoded_bytes=scan.decoded_bytes,
         total_bytes=len(data),
         damaged_places=scan.damaged_places,
+        truncated=scan.truncated,
     )
 
 

@@ -104,10 +104,11 @@ def read_text(data: bytes, *, wanted: frozenset[str]) -> RawLog:
 
     A type described twice in different ways keeps the layout with more rows.
     """
-    lines, decoded = _Lines(wanted), 0
+    lines, decoded, truncated = _Lines(wanted), 0, False
     for at, raw in enumerate(data.splitlines(keepends=True)):
         understood = lines.take(at, raw.decode("latin-1"))
-        lines.damaged_places += not understood
+        truncated = not understood and not raw.endswith((b"\n", b"\r"))  # the last line alone
+        lines.damaged_places += not understood and not truncated
         decoded += len(raw) if understood else 0
     by_size = sorted(lines.rows.items(), key=lambda item: len(item[1]))
     tables = {layout[0]: _table(layout, rows) for layout, rows in by_size}
@@ -116,5 +117,6 @@ def read_text(data: bytes, *, wanted: frozenset[str]) -> RawLog:
         decoded_bytes=decoded,
         total_bytes=len(data),
         damaged_places=lines.damaged_places,
+        truncated=truncated,
         banner=tuple(line for line in lines.banner if line),
     )

@@ -12,6 +12,7 @@ from flightlogs.log import FloatArray
 Index = npt.NDArray[np.int64]
 Strings = tuple[str, ...]
 WHOLE = 0.999
+TRUNCATED = "ends inside a message: what came after is not known"
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -59,12 +60,14 @@ class RawLog:
         decoded_bytes: bytes inside decoded messages.
         total_bytes: file size.
         damaged_places: stretches skipped because they decode to nothing.
+        truncated: the file ends inside a message.
     """
 
     tables: Mapping[str, Table]
     decoded_bytes: int
     total_bytes: int
     damaged_places: int
+    truncated: bool = False
     banner: Strings = field(default=())
 
     @property
@@ -74,10 +77,13 @@ class RawLog:
 
     def warnings(self) -> tuple[LogWarning, ...]:
         """What could not be decoded; a logger's padding of its last page is not worth a word."""
-        if not self.damaged_places or self.recovered_fraction > WHOLE:
-            return ()
-        message = (
-            f"{self.recovered_fraction:.1%} of the file could be decoded; "
-            f"{self.damaged_places} damaged stretches were skipped"
-        )
-        return (LogWarning("damaged", message),)
+        found = []
+        if self.damaged_places and self.recovered_fraction <= WHOLE:
+            message = (
+                f"{self.recovered_fraction:.1%} of the file could be decoded; "
+                f"{self.damaged_places} damaged stretches were skipped"
+            )
+            found.append(LogWarning("damaged", message))
+        if self.truncated:
+            found.append(LogWarning("log_truncated", TRUNCATED, "file"))
+        return tuple(found)

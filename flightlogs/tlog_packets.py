@@ -50,22 +50,25 @@ class Packet(NamedTuple):  # a frozen dataclass takes four times as long to make
     component: int
 
 
+def stop_of(data: bytes, at: int) -> int | None:
+    """Offset after the packet that begins at one, beyond the file if it is cut; None: none does."""
+    head = HEADER.get(data[at]) if at < len(data) else None
+    if head is None or at + head >= len(data):
+        return head and len(data) + 1
+    signature = SIGNATURE if data[at] == V2 and data[at + 2] & SIGNED else 0
+    return at + head + data[at + 1] + CHECKSUM + signature
+
+
 def packet_at(data: bytes, at: int) -> Packet | None:
     """The packet that begins at an offset, or None if none does that is whole."""
-    if at + HEADER[V1] >= len(data) or data[at] not in HEADER:
+    stop = stop_of(data, at)
+    if stop is None or stop > len(data):
         return None
     if data[at] == V1:
-        stop = at + HEADER[V1] + data[at + 1] + CHECKSUM
         number, system, component = data[at + 5], data[at + 3], data[at + 4]
-    elif at + HEADER[V2] < len(data):
-        signature = SIGNATURE if data[at + 2] & SIGNED else 0
-        stop = at + HEADER[V2] + data[at + 1] + CHECKSUM + signature
+    else:
         number = int.from_bytes(data[at + 7 : at + 10], "little")
         system, component = data[at + 5], data[at + 6]
-    else:
-        return None
-    if stop > len(data):
-        return None
     return Packet(at, HEADER[data[at]], data[at + 1], stop, number, system, component)
 
 
@@ -86,6 +89,7 @@ class _Scan:
     found: defaultdict[int, list[Packet]] = field(default_factory=lambda: defaultdict(list))
     decoded_bytes: int = 0
     damaged_places: int = 0
+    truncated: bool = False
 
     def run(self) -> None:
         """Find every packet whose checksum holds, or whose neighbour stands where it should."""
@@ -93,12 +97,17 @@ class _Scan:
         while at + self.gap < len(self.data):
             packet = packet_at(self.data, at + self.gap)
             if packet is None or not self._accepted(packet):
-                self.damaged_places += chained
+                if chained:
+                    self.damaged_places += 1
+                    self.truncated = (stop_of(self.data, at + self.gap) or 0) > len(self.data)
                 at, chained = at + 1, False
                 continue
             self.found[packet.message_id].append(packet)
             self.decoded_bytes += packet.stop - at
-            at, chained = packet.stop, True
+            at, chained, self.truncated = packet.stop, True, False
+        if chained and at < len(self.data):  # part of a time stamp
+            self.damaged_places, self.truncated = self.damaged_places + 1, True
+        self.damaged_places -= self.truncated
 
     def _accepted(self, packet: Packet) -> bool:
         sound = is_sound(self.data, packet)
@@ -185,4 +194,5 @@ def read_packets(data: bytes, gap: int, wanted: Callable[[str], bool]) -> RawLog
         decoded_bytes=scan.decoded_bytes,
         total_bytes=len(data),
         damaged_places=scan.damaged_places,
+        truncated=scan.truncated,
     )

@@ -15,6 +15,7 @@ from pyulog.exceptions import ULogException
 
 from flightlogs.detect import ULOG_MAGIC
 from flightlogs.errors import LogDamaged, LogWarning, NotALog
+from flightlogs.table import TRUNCATED
 from flightlogs.ulog_frames import HEADER_BYTES, Frames, walk
 
 FLAGS_AT = slice(HEADER_BYTES, HEADER_BYTES + 43)
@@ -137,7 +138,7 @@ def _warnings(frames: Frames, lost_ms: list[int]) -> tuple[LogWarning, ...]:
     found = (
         (frames.damaged_places, "log_corrupt", f"{frames.damaged_places} damaged places: {share} "
          "could not be decoded"),
-        (frames.truncated, "log_truncated", "ends inside a message: what came after is not known"),
+        (frames.truncated, "log_truncated", TRUNCATED),
         (frames.appended, "log_appended_data", f"{frames.appended} pieces were appended after the "
          "regular end, as PX4 does after a crash of the autopilot"),
         (len(lost_ms), "log_dropouts", f"the logger lost {sum(lost_ms) * 1e-3:.2f} s in "

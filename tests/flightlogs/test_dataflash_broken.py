@@ -85,6 +85,17 @@ def test_a_log_cut_anywhere_gives_its_beginning_or_says_why_not(size: int) -> No
         np.testing.assert_array_equal(battery.voltage_V, full.voltage_V[:n])
 
 
+def test_a_log_that_ends_inside_a_message_says_so() -> None:
+    data, lines = whole(), text(flight())
+    last, line = data.rindex(b"\xa3\x95"), lines.rindex(b"\n", 0, -1) + 1
+    comma = lines.index(b",", line)
+    for cut in (*(data[:k] for k in range(last + 1, len(data))), lines[: line + 2], lines[:comma]):
+        (said,) = (w for w in read(cut).warnings if w.code in ("log_truncated", "damaged"))
+        assert said.message == "ends inside a message: what came after is not known"
+    for ended in (data, data[:last], data + bytes(100), data + b"\xff" * 100, lines, lines[:line]):
+        assert "log_truncated" not in codes(read(ended))
+
+
 @settings(max_examples=30, deadline=None)
 @given(st.integers(2_000, len(whole()) - 600), st.integers(1, 500), st.integers(0, 2**32 - 1))
 def test_what_lies_behind_a_damaged_stretch_is_recovered(at: int, size: int, seed: int) -> None:

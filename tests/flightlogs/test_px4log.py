@@ -124,6 +124,11 @@ def test_a_log_cut_anywhere_gives_its_beginning_or_says_why_not(size: int) -> No
         np.testing.assert_array_equal(battery.voltage_V, full.voltage_V[:n])
 
 
+def test_a_log_that_ends_inside_a_message_says_so() -> None:
+    assert "log_truncated" in {w.code for w in read(whole()[:-1]).warnings}
+    assert "log_truncated" not in {w.code for w in read(whole()).warnings}
+
+
 @settings(max_examples=40, deadline=None)
 @given(st.integers(1_000, len(whole()) - 600), st.binary(min_size=1, max_size=300))
 def test_damage_raises_nothing_but_our_errors(at: int, noise: bytes) -> None:

@@ -5,6 +5,7 @@ from contextlib import suppress
 from dataclasses import replace
 from datetime import UTC, datetime
 from functools import cache
+from itertools import pairwise
 
 import numpy as np
 import pytest
@@ -16,7 +17,7 @@ from flightlogs.errors import LogDamaged, LogError, NotALog
 from flightlogs.log import FlightLog, Interval, Vehicle
 from flightlogs.tlog import read_tlog
 from flightlogs.tlog_battery import pack_voltage
-from flightlogs.tlog_packets import read_packets
+from flightlogs.tlog_packets import read_packets, stop_of
 from sample_logs import write_tlog as w
 from sample_logs.pack_trace import PackTrace
 
@@ -295,6 +296,19 @@ def test_a_log_cut_anywhere_gives_its_beginning_or_says_why_not(size: int) -> No
         if battery.label == full.label:
             n = battery.time_s.size
             np.testing.assert_array_equal(battery.voltage_V, full.voltage_V[:n])
+
+
+@pytest.mark.parametrize("gap", [8, 0])
+def test_a_log_that_ends_inside_a_packet_says_so(gap: int) -> None:
+    data, stops = whole(), [0]
+    while stops[-1] < len(data):
+        stops.append(stop_of(data, stops[-1] + 8) or 0)
+    packets = [data[at + 8 - gap : stop] for at, stop in pairwise(stops)]
+    data = b"".join(packets)
+    for lost in range(len(packets[-1])):
+        assert ("log_truncated" in codes(read(data[: len(data) - lost]))) == bool(lost), lost
+    assert "log_truncated" not in codes(read(data[: -len(packets[-1])]))
+    assert "log_truncated" not in codes(read(data + bytes(gap + 100)))
 
 
 @settings(max_examples=30, deadline=None)
