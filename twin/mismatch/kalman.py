@@ -9,7 +9,7 @@ from dataclasses import dataclass
 
 import numpy as np
 import numpy.typing as npt
-from scipy.linalg import solve_banded
+from scipy.linalg.blas import dtbsv
 
 FloatArray = npt.NDArray[np.float64]
 
@@ -52,10 +52,12 @@ class Filter:
 
     def __call__(self, columns: FloatArray) -> FloatArray:
         """(m, k) innovations of columns (m, k), each in its deviations."""
-        given = np.zeros((self.every * columns.shape[0], columns.shape[1]))
-        given[self.every - 1 :: self.every] = columns
-        solved = solve_banded((self.bands.shape[0] - 1, 0), self.bands, given)
-        return np.asarray(solved[self.every - 1 :: self.every] / self.deviation[:, None])
+        given = np.zeros((columns.shape[1], self.every * columns.shape[0]))
+        given[:, self.every - 1 :: self.every] = columns.T
+        below = self.bands.shape[0] - 1
+        for one in given if columns.size else ():
+            dtbsv(below, self.bands, one, lower=1, diag=1, overwrite_x=1)
+        return np.asarray(given[:, self.every - 1 :: self.every] / self.deviation).T
 
 
 def filter_of(states: Sequence[State], white: FloatArray) -> Filter:
@@ -72,8 +74,7 @@ def filter_of(states: Sequence[State], white: FloatArray) -> Filter:
         gains[k] = along / variance[k]
         if k < steps:
             known = keep[k] @ (known - gains[k][:, None] * along) @ keep[k].T + added[k]
-    widest = max((s.begun.size for s in own), default=1)
-    bands = _bands(drive, keep, np.einsum("nij,nj->ni", keep, gains[:-1]), widest)
+    bands = _bands(drive, keep, np.einsum("nij,nj->ni", keep, gains[:-1]))
     return Filter(bands, drive.shape[1] + 1, np.sqrt(variance))
 
 
@@ -86,15 +87,19 @@ def _blocks(of_states: Sequence[FloatArray], steps: int) -> FloatArray:
     return out
 
 
-def _bands(drive: FloatArray, keep: FloatArray, gained: FloatArray, widest: int) -> FloatArray:
+def _bands(drive: FloatArray, keep: FloatArray, gained: FloatArray) -> FloatArray:
     """(p + 1 + widest, (p + 1) m): the filter as equations in turn; row j is j below the diagonal.
+
+    `widest` is 1 where no state is kept by another, one more for each place that these are apart.
 
     For each sample x in turn: what is expected of the states s, and the innovation e,
     s[n] = keep s[n-1] + gained e[n-1], e[n] = x[n] - drive[n] s[n].
     """
     parts = drive.shape[1]
     every = parts + 1
-    bands = np.zeros((every + widest, every * drive.shape[0]))
+    apart = np.abs(np.subtract(*np.nonzero(keep.any(axis=0))))
+    widest = 1 + int(apart.max(initial=0))
+    bands = np.zeros((every + widest, every * drive.shape[0]), order="F")
     bands[0] = 1.0
     for k in range(parts):
         bands[parts - k, k::every] = drive[:, k]

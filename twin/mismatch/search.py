@@ -2,12 +2,15 @@
 
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
+from functools import lru_cache
 from itertools import combinations
 
 from twin.mismatch.begun import begins_under_load
 from twin.mismatch.choose import ALIKE, MOST_EFFECTS, Model, models
 from twin.mismatch.fit import Data, Fitted, fit
+from twin.mismatch.flight import Flight
 from twin.mismatch.hypothesis import Hypothesis
+from twin.mismatch.noise import Noise, Whitener
 from twin.mismatch.split import Recorded, own_whitener
 from twin.pack import Pack
 
@@ -114,14 +117,20 @@ def _flown(data: Data, about: Fitted | None = None) -> Data:
     def of(own: Recorded, packs: Sequence[Pack | None]) -> Recorded:
         out = []
         for (flight, w), pack in zip(own, packs, strict=True):
-            flown = begins_under_load(flight.pack, flight.recorded_load)
-            noise = replace(w.noise, flown=True)
-            out.append((flight, own_whitener(flight, noise, pack) if flown else w))
+            if begins_under_load(flight.pack, flight.recorded_load):
+                noise = replace(w.noise, flown=True)
+                w = own_whitener(flight, noise, pack) if pack else _as_configured(flight, noise)
+            out.append((flight, w))
         return tuple(out)
 
     unsaid = tuple([None] * len(own) for own in (data.fitted, data.held_out))
     fitted, ahead = about.packs if about else unsaid
     return replace(data, fitted=of(data.fitted, fitted), held_out=of(data.held_out, ahead))
+
+
+@lru_cache(maxsize=16)  # of recordings: each set of effects asks for it first
+def _as_configured(flight: Flight, noise: Noise) -> Whitener:
+    return own_whitener(flight, noise)
 
 
 def _any_flown(data: Data) -> bool:
