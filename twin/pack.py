@@ -241,6 +241,12 @@ class Pack:
             )
         return tuple(kinds)
 
+    @property
+    def counts(self) -> tuple[int, ...]:
+        """(kinds,) how many there are of each of `cells`."""
+        weak = len(self.weak)
+        return (self.series - weak,) * (self.series > weak) + (1,) * weak
+
     def places(self) -> tuple[int, ...]:
         """(series,) which of `cells` is where; one whose place is not known has the first free."""
         equal = int(self.series > len(self.weak))

@@ -138,7 +138,7 @@ def pack_model(pack: Pack, mesh: Mesh | None, backend: Backend) -> PackModel:
     """Of `pack`; kernels are kept, so the same again costs nothing."""
     with SYMBOLS:
         cell, own = _cell_kernel(_Structure.of(pack, mesh, backend))
-    return PackModel(cell, tuple(kind.count for kind in pack.cells()), own)
+    return PackModel(cell, pack.counts, own)
 
 
 def begin(pack: Pack, mesh: Mesh | None, backend: Backend) -> None:

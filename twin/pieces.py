@@ -1,6 +1,7 @@
 """A load cut into pieces, each a length of time over which the current runs straight."""
 
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 import numpy.typing as npt
@@ -27,6 +28,7 @@ class Pieces:
     sample: npt.NDArray[np.int64]
 
 
+@lru_cache(maxsize=16)  # while a number of the cell is fitted, the same again and again
 def cut_into_pieces(load: Load, divisor: float) -> Pieces:
     """`load` as pieces no longer than its `longest_step_s`, currents divided by `divisor`."""
     current = load.current_A / divisor
