@@ -6,10 +6,14 @@ from dataclasses import dataclass
 from functools import lru_cache
 from pathlib import Path
 
+from flightlogs.errors import LogWarning
+from reports.flight import PackUse
 from twin.builtin import load_cell
+from twin.calibrate.asked import beyond
 from twin.calibrate.doubt import Doubt, read_doubt
 from twin.calibrate.table import CalibrationError
 from twin.cell import Cell
+from twin.load import Load
 from twin.pack_file import PackFile, PackFileError, cell_reference, is_path, parse_pack_file
 
 DEFAULT_CELL = "lipo_2200"
@@ -60,6 +64,15 @@ def read_pack(path: Path) -> PackChoice:
         cell_doubt=doubts[0],
         life_doubt=doubts[1],
     )
+
+
+def beyond_tests(choice: PackChoice | None, use: PackUse, load: Load) -> tuple[LogWarning, ...]:
+    """Where the `load` of a pack asks for more than the tests that its cell is calibrated to."""
+    asked = choice.cell_doubt.asked if choice and choice.cell_doubt else None
+    if asked is None:
+        return ()
+    text = beyond(asked, load, parallel=use.parallel, initial_K=use.initial_K)
+    return (LogWarning(code="beyond_calibration", message=text),) if text else ()
 
 
 def _text(path: Path) -> str:

@@ -9,8 +9,8 @@ from analyze.conceal import Channel, without
 from analyze.fitting import doubts_of_fit, fitted
 from analyze.mismatching import mismatch_of
 from analyze.names import printable
-from analyze.pack_choice import DEFAULT_CELL, PackChoice, cell_of
-from analyze.replaying import gaps_of, replay
+from analyze.pack_choice import DEFAULT_CELL, PackChoice, beyond_tests, cell_of
+from analyze.replaying import gaps_of, load_of, replay
 from analyze.start import pack_of, pack_use
 from analyze.version import version
 from flightlogs.align import AlignedSensor, AlignmentRefused, align
@@ -112,6 +112,7 @@ def read_flight(source: Source) -> Flight:
     doubts = (
         *_still_doubtful(recording, source.pack),
         *_doubts(recording, use, sensor, remarks),
+        *beyond_tests(source.pack, use, load_of(recording, use)),
     )
     return Flight(
         log=log,

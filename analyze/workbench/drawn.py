@@ -15,7 +15,7 @@ from analyze.checks import WrongUse, check_sensor, is_log
 from analyze.conceal import Channel
 from analyze.find import sensor_beside
 from analyze.names import printable
-from analyze.pack_choice import PackChoice, cell_of
+from analyze.pack_choice import PackChoice, beyond_tests, cell_of
 from analyze.pipeline import Source, read_flight
 from analyze.replaying import judged_of, load_of
 from analyze.start import pack_of, pack_use
@@ -160,9 +160,11 @@ def _of_csv(ask: Ask, choice: PackChoice) -> Drawn:
             voltage_held_warning(recorded_V, table.current_A, name),
         )
         doubts += tuple(w.message for w in doubtful if w)
+    load = table.load(between=between, ambient_K=use.ambient_K)
+    remarks += tuple(w.message for w in beyond_tests(choice, use, load))
     return Drawn(
         name=name,
-        load=table.load(between=between, ambient_K=use.ambient_K),
+        load=load,
         recorded_V=recorded_V,
         judged=judged,
         pack=pack_of(use, cell),

@@ -1,8 +1,10 @@
 """One flight from its files to a report; reading is a stand-in, the rest is real."""
 
 import itertools
+from dataclasses import replace
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from analyze import pipeline
@@ -17,6 +19,8 @@ from reports.render import render
 from reports.results import result_of
 from segment.segment import Motion
 from tests.reports import example
+from twin.calibrate.asked import Asked
+from twin.calibrate.doubt import Doubt
 from twin.solution import Status
 
 PACK = '[pack]\nname = "mine"\ncell = "lipo_2200"\nseries = 4\n'
@@ -224,3 +228,18 @@ def test_the_same_inputs_give_the_same_page(tmp_path: Path) -> None:
     first, second = analysed(tmp_path), analysed(tmp_path)
     assert render(flight_page(first)) == render(flight_page(second))
     assert result_of(first) == result_of(second)
+
+
+@pytest.mark.usefixtures("readers")
+@pytest.mark.parametrize(("tests_A", "more"), [(1e3, set()), (1.0, {"beyond_calibration"})])
+def test_a_flight_beyond_the_tests_of_its_calibration_is_doubtful(
+    tmp_path: Path, tests_A: float, more: set[str]
+) -> None:
+    (tmp_path / "pack.toml").write_text(PACK)
+    (tmp_path / "flight.ulg").touch()
+    none, asked = np.zeros(0), Asked((tests_A, tests_A), 200.0, 400.0)
+    doubt = Doubt(names=(), value=none, std=none, correlations=np.eye(0), asked=asked)
+    choice = replace(read_pack(tmp_path / "pack.toml"), cell_doubt=doubt)
+    source = Source(log=tmp_path / "flight.ulg", sensor=None, pack=choice, battery=None)
+    said = {w.code for w in read_flight(source).recording.warnings}
+    assert said - {w.code for w in example.recording().warnings} == more

@@ -116,6 +116,35 @@ def test_a_pack_file_comes_out_whose_pack_does_what_was_measured(tmp_path: Path)
     assert tomllib.loads((out / "new.toml").read_text())["pack"]["cell"] == "new.bpx.json"
 
 
+@pytest.mark.usefixtures("plain_page")
+def test_a_load_beyond_the_tests_of_a_calibration_is_doubtful(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("analyze.workbench.calibrate.fit", first_only)
+    assert call(tmp_path, put_test(tmp_path)[0], "--evaluations", "0").exit_code == 0
+    fit_file, out = tmp_path / "out" / "new.fit.json", ["--out", str(tmp_path / "replayed")]
+    pack = ["--pack", str(tmp_path / "out" / "new.toml"), *out]
+    said = {}
+    for name, current_A, asked in (
+        ("as fast", 8.0, True),
+        ("twice", 16.0, True),
+        ("old", 16.0, False),
+    ):
+        (tmp_path / "load.csv").write_text(f"time_s,current_A\n0,{current_A}\n60,{current_A}\n")
+        told = json.loads(fit_file.read_text())
+        fit_file.write_text(json.dumps({k: v for k, v in told.items() if asked or k != "asked"}))
+        result = CliRunner().invoke(main, ["replay", str(tmp_path / "load.csv"), *pack])
+        assert result.exit_code == 0, result.output
+        said[name] = "doubtful Beyond the tests that the cell was calibrated to:" in result.output
+    assert said == {"as fast": False, "twice": True, "old": False}
+    fit_file.write_text(json.dumps(json.loads(fit_file.read_text()) | {"asked": {"most_A": [1.0]}}))
+    result = CliRunner().invoke(main, ["replay", str(tmp_path / "load.csv"), *pack])
+    assert (result.exit_code, "new.fit.json: not the fit of a calibration" in result.output) == (
+        2,
+        True,
+    )
+
+
 def test_tests_in_one_mount_share_how_they_cool(tmp_path: Path) -> None:
     rows = [f"{t},{0.0 if t < 10 else -4.0},{16.4 - 1e-4 * t},{25 + 0.01 * t}" for t in range(60)]
     head = "time / s,current / A,voltage / V"

@@ -14,6 +14,7 @@ import numpy as np
 import numpy.typing as npt
 
 from twin.bpx_file import ROUNDING
+from twin.calibrate.asked import Asked, asked_from
 from twin.calibrate.cell_map import FILLERS, CellMap, Infeasible, full_and_empty_V
 from twin.calibrate.degradation import aged_by, ageing_parameters
 from twin.calibrate.parameters import (
@@ -45,12 +46,14 @@ class Doubt:
         value: (k,) estimates.
         std: (k,) standard errors, in the units of `value`.
         correlations: (k, k) of the estimates, on the scale each has its prior on.
+        asked: by its tests; None if the file does not say.
     """
 
     names: tuple[str, ...]
     value: FloatArray
     std: FloatArray
     correlations: FloatArray
+    asked: Asked | None = None
 
     def factors(self, random: np.random.Generator) -> FloatArray:
         """(k,) standard deviations from the estimate, one draw."""
@@ -94,12 +97,13 @@ def read_doubt(text: str, *, name: str) -> Doubt:
         matrix = np.array(document["correlations"]["matrix"], dtype=float)
         if matrix.shape != (len(names), len(names)) or not np.isfinite(matrix).all():
             raise ValueError(f"correlations {matrix.shape} of {len(names)} parameters")
+        asked = asked_from(document["asked"]) if "asked" in document else None
     except (ValueError, KeyError, TypeError, IndexError) as e:
         raise CalibrationError(
             f"{name}: not the fit of a calibration ({type(e).__name__}: {e}): run twin calibrate "
             "again, or take the file away"
         ) from e
-    return Doubt(names=names, value=rows[:, 0], std=rows[:, 1], correlations=matrix)
+    return Doubt(names=names, value=rows[:, 0], std=rows[:, 1], correlations=matrix, asked=asked)
 
 
 def draws(

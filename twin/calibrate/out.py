@@ -11,6 +11,7 @@ import numpy.typing as npt
 from twin.bpx_out import scaled, write_bpx
 from twin.bumps import is_bump, settled
 from twin.calibrate.answer import Combination, Estimate
+from twin.calibrate.asked import asked_by
 from twin.calibrate.checks import Fitted, stated_error_V
 from twin.calibrate.objective import Problem
 from twin.calibrate.ocp_correction import Correction
@@ -149,6 +150,7 @@ def fit_text(found: Calibration, more: Mapping[str, Any] | None = None) -> str:
             "effect_mV": _by_test(1e3 * found.information.effect_V, found),
             "left_of_prior_alone": _by_test(found.information.alone, found),
         },
+        "asked": asdict(asked_by([test.load for test in found.problem.tests])),
         "remarks": found.remarks,
         "missing": found.missing,
     }
