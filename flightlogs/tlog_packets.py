@@ -52,9 +52,11 @@ class Packet(NamedTuple):  # a frozen dataclass takes four times as long to make
 
 def stop_of(data: bytes, at: int) -> int | None:
     """Offset after the packet that begins at one, beyond the file if it is cut; None: none does."""
-    head = HEADER.get(data[at]) if at < len(data) else None
-    if head is None or at + head >= len(data):
-        return head and len(data) + 1
+    if at >= len(data) or data[at] not in HEADER:
+        return None
+    head = HEADER[data[at]]
+    if at + head >= len(data):
+        return len(data) + 1
     signature = SIGNATURE if data[at] == V2 and data[at + 2] & SIGNED else 0
     return at + head + data[at + 1] + CHECKSUM + signature
 

@@ -90,7 +90,8 @@ def _blocks(of_states: Sequence[FloatArray], steps: int) -> FloatArray:
 def _bands(drive: FloatArray, keep: FloatArray, gained: FloatArray) -> FloatArray:
     """(p + 1 + widest, (p + 1) m): the filter as equations in turn; row j is j below the diagonal.
 
-    `widest` is 1 where no state is kept by another, one more for each place that these are apart.
+    `widest` is 1 where each state keeps to itself, and more by as many places as two are apart of
+    which one goes into the other.
 
     For each sample x in turn: what is expected of the states s, and the innovation e,
     s[n] = keep s[n-1] + gained e[n-1], e[n] = x[n] - drive[n] s[n].
