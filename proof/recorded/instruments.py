@@ -16,6 +16,8 @@ OF_SCALE = 1e-3
 READ_OF_SCALE = 5.0
 RANGE_C = 10.0  # C-rate
 TOGETHER_S = 0.02
+THERMOCOUPLE_K = 1.0
+"""Of one of class 1 at room temperature, 0.5 K (type T) to 1.5 K (type K): IEC 60584-1:2013."""
 
 
 def by_cycler(pack: Pack) -> Pack:
@@ -28,3 +30,9 @@ def by_cycler(pack: Pack) -> Pack:
         "clock_shift": {"shift_s": TOGETHER_S, SENSOR.name: SENSOR.prior_std},
     }
     return replace(pack, standard_errors={**pack.standard_errors, **known})
+
+
+def by_thermocouple(pack: Pack) -> Pack:
+    """The same where it was measured how warm it was at first, after a rest in the air around."""
+    offsets = dict.fromkeys(("start_offset_K", "ambient_offset_K"), THERMOCOUPLE_K)
+    return replace(pack, standard_errors={**pack.standard_errors, "cold_pack": offsets})

@@ -1,6 +1,6 @@
 """Three modules of a Nissan Leaf (2013), aged: 6 pairs of cells in series, 1C down to empty.
 
-Recording: batterysim/equiv-circ-model, MIT, with the voltage of every pair.
+Recording: batterysim/equiv-circ-model, MIT, with the voltage of every pair and three thermocouples.
 """
 
 import csv
@@ -11,11 +11,16 @@ from pathlib import Path
 import numpy as np
 
 from proof.recorded.measured import FloatArray, recording
+from twin.constants import ZERO_CELSIUS_K
 
 FILE = "battery/leaf/module123-irdischarge-65ah-1_0c.csv"
 SERIES, PARALLEL = 6, 2
 PAIRS = tuple(f"A{k}" for k in range(1, SERIES + 1))
-COLUMNS = ("Total Time", "Current", *(f"Cell Voltage {name}" for name in PAIRS))
+MODULES = ("A1", "A2", "A3")  # a thermocouple each
+COLUMNS = (
+    "Total Time", "Current", *(f"Cell Voltage {name}" for name in PAIRS),
+    *(f"Temperature {name}" for name in MODULES),
+)  # fmt: skip
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -26,11 +31,13 @@ class Cells:
         time_s: (n,) from 0, increasing.
         current_A: (n,) of the pack, discharge positive.
         cell_voltage_V: (n, cells)
+        temperature_K: (n,) mean of what was measured on them; None if it was not.
     """
 
     time_s: FloatArray
     current_A: FloatArray
     cell_voltage_V: FloatArray
+    temperature_K: FloatArray | None = None
 
     @property
     def voltage_V(self) -> FloatArray:
@@ -44,11 +51,12 @@ class Cells:
 
     def every(self, step: int) -> "Cells":
         """Each so-manieth sample."""
-        own = slice(None, None, step)
+        warm_K = self.temperature_K
         return Cells(
-            time_s=self.time_s[own],
-            current_A=self.current_A[own],
-            cell_voltage_V=self.cell_voltage_V[own],
+            time_s=self.time_s[::step],
+            current_A=self.current_A[::step],
+            cell_voltage_V=self.cell_voltage_V[::step],
+            temperature_K=None if warm_K is None else warm_K[::step],
         )
 
 
@@ -60,4 +68,10 @@ def module(folder: Path) -> Cells:
     places = [lines[first].index(name) for name in COLUMNS]
     rows = np.array([[float(line[k]) for k in places] for line in lines[first + 1 :] if line])
     rows = rows[np.append(True, np.diff(rows[:, 0]) > 0)]
-    return Cells(time_s=rows[:, 0] - rows[0, 0], current_A=-rows[:, 1], cell_voltage_V=rows[:, 2:])
+    time_s, charge_A, cells_V, celsius = np.split(rows, (1, 2, 2 + SERIES), axis=1)
+    return Cells(
+        time_s=time_s[:, 0] - time_s[0, 0],
+        current_A=-charge_A[:, 0],
+        cell_voltage_V=cells_V,
+        temperature_K=celsius.mean(axis=1) + ZERO_CELSIUS_K,
+    )

@@ -5,10 +5,11 @@ first run, in which it was missed.
 
 Leaf: 6 pairs of aged cells in series, 1C from rest down to where the first pair is empty. The twin
 is that of a single cell of the make (`heat_bases`); its error at 1C, six times over, is that of the
-pack. By the voltages of the pairs two are weak: at the start they rest 40 and 30 mV below the
-others, at the end the weakest is at 3.00 V and the second at 3.21 V where the others are at 3.45 V
-(the single cell, after as much charge, is within 20 mV of those up to 24 Ah). `weak_cell` has to be
-named. The others age too: a loss of lithium or of material may be beside it.
+pack. It is as warm at first as the modules' thermocouples say and cools as they show: temperature
+is not what is asked for. By the voltages of the pairs two are weak: at the start they rest 40 and
+30 mV below the others, at the end the weakest is at 3.00 V and the second at 3.21 V where the
+others are at 3.45 V (the single cell, after as much charge, is within 20 mV of those up to 24 Ah).
+`weak_cell` has to be named. The others age too: a loss of lithium or of material may be beside it.
 
 Part of the Leaf: three of its pairs in series, one of them weak, as that effect has it; V is the
 sum of what was measured on each, under the one current. The twin is that of the other pairs: the
@@ -37,8 +38,9 @@ import numpy.typing as npt
 from proof.question import Question, Recording
 from proof.recorded.base import Base
 from proof.recorded.calibrated import calibrated
+from proof.recorded.cooling import cooled
 from proof.recorded.heat_bases import CELLS
-from proof.recorded.instruments import by_cycler
+from proof.recorded.instruments import by_cycler, by_thermocouple
 from proof.recorded.leaf_module import PARALLEL, SERIES, Cells, module
 from proof.recorded.measured import NotHere, RealTest, recording
 from proof.recorded.trials_ageing import LOSSES, missed
@@ -55,7 +57,6 @@ from twin.pack import Pack
 
 BoolArray = npt.NDArray[np.bool_]
 
-STILL_AIR_W_m2_K = 10.0  # of the modules: what cools a cell between others is not known
 EVERY = 6  # samples of the module that are taken
 PHANTOM = "battery/dji_phantom/DJIFlightRecord_2015-12-29_center_battery_1Hz.csv"
 PHANTOM_ROWS = 36  # of the flight, that the twin is fitted to
@@ -91,8 +92,8 @@ def _leaf(folder: Path, cache: Path) -> tuple[Question, Truth]:
     base = _leaf_cell(cells, folder, cache)
     shown = np.ones(cells.time_s.size, dtype=bool)
     floor_V = SERIES * base.error_V
-    pack = _of_cells(base.pack, base.series_resistance_ohm, cells)
-    return _asked(by_cycler(pack), cells, floor_V, pack.initial_K, shown), _truth(
+    pack = _of_cells(in_module(base.pack, cells), base.series_resistance_ohm, cells)
+    return _asked(_known(pack), cells, floor_V, pack.initial_K, shown), _truth(
         pack,
         cells,
         floor_V,
@@ -114,10 +115,10 @@ def _part_of_leaf(weak: tuple[str, ...], folder: Path, cache: Path) -> tuple[Que
     """OTHERS in series with what is weak, by the twin of FITTED."""
     whole = module(folder).every(EVERY)
     single = _leaf_cell(whole, folder, cache)
-    heating = SelfHeating(heat_transfer_W_m2_K=STILL_AIR_W_m2_K)
-    start = replace(single.pack, effects=(*single.pack.effects, heating))
+    start = in_module(single.pack, whole)
     fitted, unseen = (_pair(whole, name) for name in (FITTED, UNSEEN))
-    test = fitted.reference(ambient_K=start.initial_K, between=Between.LINEAR)
+    own = replace(fitted, temperature_K=None)  # how it warms is known by now
+    test = own.reference(ambient_K=start.initial_K, between=Between.LINEAR)
     found = calibrated(start, [test], cache)
     pair, alike_V = found.pack, found.rms_V[0]
     there = replace(pair, initial_soc=soc_at_rest(pair.cell, float(unseen.voltage_V[0])))
@@ -128,7 +129,7 @@ def _part_of_leaf(weak: tuple[str, ...], folder: Path, cache: Path) -> tuple[Que
     own_ohm = sum(e.resistance_ohm for e in pair.effects if isinstance(e, SeriesResistance))
     pack = _of_cells(pair, own_ohm, cells)
     shown = np.ones(cells.time_s.size, dtype=bool)
-    return _asked(by_cycler(pack), cells, floor_V, pack.initial_K, shown), _truth(
+    return _asked(_known(pack), cells, floor_V, pack.initial_K, shown), _truth(
         pack,
         cells,
         floor_V,
@@ -140,9 +141,20 @@ def _part_of_leaf(weak: tuple[str, ...], folder: Path, cache: Path) -> tuple[Que
     )
 
 
+def in_module(single: Pack, cells: Cells) -> Pack:
+    """As warm as the modules were, with the cooling that their thermocouples show."""
+    return cooled(single, [_pair(cells, FITTED)])
+
+
+def _known(pack: Pack) -> Pack:
+    """The same of a laboratory, which is no question here."""
+    return by_thermocouple(by_cycler(pack))
+
+
 def _of_cells(single: Pack, ohm: float, cells: Cells) -> Pack:
-    """Pairs of a cell with so much in series, from rest as they were, in still air."""
+    """Pairs of a cell with so much in series, from rest as they were."""
     series = cells.cell_voltage_V.shape[1]
+    heating = (e for e in single.effects if isinstance(e, SelfHeating))
     return replace(
         single,
         series=series,
@@ -151,7 +163,7 @@ def _of_cells(single: Pack, ohm: float, cells: Cells) -> Pack:
         soc_by_rest=True,
         effects=(
             SeriesResistance(resistance_ohm=ohm * series / PARALLEL),
-            SelfHeating(heat_transfer_W_m2_K=STILL_AIR_W_m2_K),
+            *heating,
         ),
     )
 
@@ -163,6 +175,7 @@ def _pair(cells: Cells, name: str) -> RealTest:
         time_s=cells.time_s,
         current_A=cells.current_A / PARALLEL,
         voltage_V=cells.of((name,)).voltage_V,
+        temperature_K=cells.temperature_K,
     )
 
 

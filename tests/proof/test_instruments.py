@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import pytest
 
-from proof.recorded.instruments import by_cycler
+from proof.recorded.instruments import by_cycler, by_thermocouple
 from tests.twin.mismatch.recordings import flown
 from twin.mismatch.hypothesis import HYPOTHESES
 from twin.pack_physics import check_standard_errors
@@ -25,3 +25,13 @@ def test_faults_of_a_cycler_are_believed_no_further_than_its_maker_states() -> N
         "sensor_lag": 0.02, "clock_shift": 0.02,
     })  # fmt: skip
     check_standard_errors(by_cycler(plain).standard_errors)
+
+
+def test_a_temperature_that_was_measured_is_believed_within_the_error_of_a_thermocouple() -> None:
+    plain = by_cycler(flown(seed=1).pack)
+    known = by_thermocouple(plain)
+    (cold,) = (h for h in HYPOTHESES if h.id == "cold_pack")
+    assert [p.prior_std for p in cold.priors(plain)] == [15.0, 15.0]
+    assert [p.prior_std for p in cold.priors(known)] == [1.0, 1.0]
+    assert {*known.standard_errors} == {*plain.standard_errors, "cold_pack"}
+    check_standard_errors(known.standard_errors)

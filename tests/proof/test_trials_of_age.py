@@ -8,14 +8,17 @@ import pytest
 
 from proof.capacity import capacity_C
 from proof.recorded import leaf_module, vtc6
+from proof.recorded.bodies import LEAF
 from proof.recorded.measured import NotHere, RealTest
 from proof.recorded.trials_ageing import ageing_trials
-from proof.recorded.trials_weak import weak_trials
+from proof.recorded.trials_weak import in_module, weak_trials
 from proof.trial import NoTrial
 from proof.truth import CONTROLS
 from twin.builtin import load_cell
 from twin.effects import LithiumInventoryLoss
+from twin.load import Between, Load
 from twin.pack import Pack
+from twin.simulate import simulate
 
 SHARED = Path(__file__).parents[3] / "shared"
 
@@ -80,6 +83,29 @@ def test_the_leaf_module_ends_with_its_first_pair() -> None:
         pytest.skip(str(e))
     assert cells.cell_voltage_V[-1].min() == pytest.approx(3.0, abs=0.01)
     assert np.trapezoid(cells.current_A, cells.time_s) / 3600 == pytest.approx(55.3, abs=0.2)
+
+
+def test_the_twin_of_the_modules_is_as_warm_as_they_were() -> None:
+    """Three thermocouples: 22, 22 and 22.5 degC at first, 27.5, 29 and 28 at the end."""
+    try:
+        cells = leaf_module.module(SHARED).every(60)
+    except NotHere as e:
+        pytest.skip(str(e))
+    assert cells.temperature_K is not None
+    assert cells.temperature_K[0] == pytest.approx(273.15 + 66.5 / 3)
+    cell, times = load_cell("lg_m50"), 33 / 5
+    body = replace(
+        cell, heat_capacity_J_K=LEAF.heat_capacity_J_K / times,
+        cooling_area_m2=LEAF.cooling_area_m2 / times ** (2 / 3),
+    )  # fmt: skip
+    pack = in_module(Pack(cell=body, capacity_C=times * cell.nominal_capacity_C), cells)
+    assert pack.initial_K == cells.temperature_K[0]
+    load = Load(
+        time_s=cells.time_s, current_A=cells.current_A / 2, between=Between.LINEAR,
+        ambient_K=pack.initial_K,
+    )  # fmt: skip
+    got_K = simulate(pack, load).temperature_K
+    assert np.abs(got_K - cells.temperature_K[: got_K.size]).max() < 2.5
 
 
 def test_cells_that_are_alike_are_a_control() -> None:

@@ -1,6 +1,6 @@
 """From models and their probabilities to a verdict."""
 
-from collections.abc import Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from math import hypot, sqrt
 
@@ -41,6 +41,8 @@ calibration it errs more (`benchmarks/calibration_real.py`: LG M50 19 mV at 0.5C
 1C and 10 degC)."""
 AS_STATED = 2.0
 """Standard errors that a pack states of a number: within, it is known to be so, not left out."""
+UNBELIEVED = 3.0
+"""Such errors beyond which a number is not what was left out: by chance 1 of 370 is so far off."""
 MOST_ALIKE = 3  # members of a list of equivalents that still is a name, if none is likely alone
 LIKELY = 0.5
 
@@ -106,10 +108,12 @@ def _enough(models: Sequence[Model], stated_V: float, noise_V: float) -> tuple[M
 
     Its error is no noise of a known kind: what more effects take from it speaks for none of them.
     Of as few, those with none within its stated errors come first: one as fast as the noise would
-    decide, however little it changes.
+    decide, however little it changes. None has a number that the pack states to be another.
     """
     most_V = hypot(OWN_ERROR * stated_V, noise_V)
-    within = [m.fitted for m in models if m.ids and _within(m.fitted, most_V)]
+    within = [
+        m.fitted for m in models if m.ids and _within(m.fitted, most_V) and _believed(m.fitted)
+    ]
     least = min((len(f.ids) for f in within), default=0)
     fewest = [f for f in within if len(f.ids) == least]
     news = [f for f in fewest if not _as_stated(f)]
@@ -118,14 +122,28 @@ def _enough(models: Sequence[Model], stated_V: float, noise_V: float) -> tuple[M
 
 def _as_stated(fitted: Fitted) -> bool:
     """Of one of its effects all numbers are within the errors that the pack states of them."""
-    q = iter(fitted.q.tolist())
+    return any(
+        own and all(off < AS_STATED and name in own for name, off in numbers.items())
+        for own, numbers in _beside_stated(fitted)
+    )
+
+
+def _believed(fitted: Fitted) -> bool:
+    """None of its numbers is far beyond the errors that the pack states of them."""
+    return all(
+        off < UNBELIEVED
+        for own, numbers in _beside_stated(fitted)
+        for name, off in numbers.items()
+        if name in own
+    )
+
+
+def _beside_stated(fitted: Fitted) -> Iterator[tuple[Collection[str], Mapping[str, float]]]:
+    """Of each effect the numbers that the pack states, and how far off all are, in its errors."""
+    q = iter(np.abs(fitted.q).tolist())
     known = fitted.problem.flights[0].pack.standard_errors
     for h in fitted.problem.hypotheses:
-        stated = known.get(h.id, {})
-        near = [abs(next(q)) < AS_STATED and name in stated for name in h.fitted]
-        if stated and all(near):
-            return True
-    return False
+        yield known.get(h.id, {}), {name: next(q) for name in h.fitted}
 
 
 def _simplest(models: Sequence[Model]) -> Model:

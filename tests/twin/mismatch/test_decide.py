@@ -160,6 +160,20 @@ def test_what_a_pack_states_within_errors_is_not_left_out(
     assert [e.id for e in found.effects] == list(ids)
 
 
+@pytest.mark.parametrize(
+    ("shift", "ids"), [(2.9, ("clock",)), (-7.3, ("cold", "weak")), (7.3, ("cold", "weak"))]
+)
+def test_few_effects_are_not_enough_where_the_pack_states_that_one_is_not_so(
+    shift: float, ids: tuple[str, ...]
+) -> None:
+    """One effect leaves what the twin may err by, by a clock that is known to be right."""
+    null = model(Fit((), 0.12, 0.12, excess=500.0), -900.0, 0.0)
+    clock = model(_with_numbers({"clock": shift}, 0.05), -40.0, 1e-9)
+    pair = model(_with_numbers({"cold": -5.0, "weak": -5.0}, 0.013), 0.0, 1.0)
+    found = decide([pair, clock, null], 1.0, 0.001, stated_V=0.035)
+    assert found.model.ids == ids
+
+
 def test_what_leaves_more_than_little_does_not_look_like_what_is_named_for_leaving_little() -> None:
     """Odds of 3 to 1 between all three; of 388 mV one leaves 145, the others 48 and 42."""
     null = model(Fit((), 0.158, 0.388, excess=500.0), -90.0, 0.0)
