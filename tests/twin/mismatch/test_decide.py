@@ -220,6 +220,21 @@ def test_an_effect_that_makes_what_is_held_out_worse_is_no_error_of_the_twin(
     assert [e.id for e in found.effects] == ["hysteresis"] * (verdict is Verdict.NAMED)
 
 
+@pytest.mark.parametrize(
+    ("more_V", "names"), [(0.58e-3, ["hysteresis"]), (0.8e-3, ["hysteresis", "salt"])]
+)
+def test_beside_others_an_effect_changes_more_than_two_simulators_differ_by(
+    more_V: float, names: list[str]
+) -> None:
+    """Its evidence is strong, of so many samples; without it only noise of 4 mV is left."""
+    null = model(Fit((), 0.027, 0.030, excess=500.0), -900.0, 0.0)
+    alone = model(_with_effect("hysteresis", 4e-3, excess=1.0), -34.0, 1e-15)
+    both = _with_effect("hysteresis", float(np.sqrt(4e-3**2 - more_V**2)), excess=1.0)
+    both.ids, both.problem = ("hysteresis", "salt"), problem("hysteresis", "salt")
+    found = decide([model(both, 0.0, 1.0), alone, null], 1.0, 4e-3)
+    assert [e.id for e in found.effects] == names
+
+
 @pytest.mark.parametrize("samples", [5, 12, 30, 100, 300, 1000, 3000, 10000])
 def test_one_of_a_hundred_residuals_of_pure_noise_is_not_taken_for_noise(samples: int) -> None:
     rng, draws = np.random.default_rng(samples), 2000
