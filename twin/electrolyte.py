@@ -102,9 +102,9 @@ class ElectrolyteSymbols:
             efficiency = efficiency * bruggeman(porosity / self.p["negative.porosity"])
         activation = self.p[f"electrolyte.{quantity}_activation_J_mol"]
         warm = kinetics.arrhenius(activation, old["temperature_K"], self.p["reference_K"])
-        c = ca.fmax(salt[self.layout.layers()[name]], kinetics.SALT_FLOOR_mol_m3)
-        bulk = {
-            "diffusivity": self.electrolyte.diffusivity_m2_s,
-            "conductivity": self.electrolyte.conductivity_S_m,
-        }[quantity](c)
+        own = salt[self.layout.layers()[name]]
+        if quantity == "diffusivity":
+            bulk = self.electrolyte.diffusivity_m2_s(ca.fmax(own, kinetics.SALT_FLOOR_mol_m3))
+        else:
+            bulk = self.electrolyte.conductivity_S_m(kinetics.felt(own))
         return bulk * (efficiency * self.p[f"electrolyte.{quantity}_factor"] * warm)

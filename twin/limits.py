@@ -21,6 +21,7 @@ REACHED = (
     Status.LOWER_CUT_OFF,
     Status.UPPER_CUT_OFF,
 )
+DEPLETED = 20.0  # times the floor, below none: reactions end far above
 NEARLY_DEPLETED = 50.0  # times the floor: Newton may fail a little before the floor is met
 NEARLY_EMPTY = 1e4  # likewise: a stoichiometry within 1 % of its end
 
@@ -42,7 +43,7 @@ class Limits:
         voltage = out[COLUMN["voltage_V"]]
         return np.array(
             [
-                out[COLUMN["salt_min_mol_m3"]] <= SALT_FLOOR_mol_m3,
+                out[COLUMN["salt_min_mol_m3"]] <= -DEPLETED * SALT_FLOOR_mol_m3,
                 out[COLUMN["surface_margin"]] <= SURFACE_MARGIN,
                 (voltage < self.lower_V - LOWER_TOLERANCE_V) & (current_A > 0),
                 (voltage > self.upper_V + UPPER_TOLERANCE_V) & (current_A < 0),

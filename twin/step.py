@@ -24,7 +24,7 @@ import casadi as ca
 import numpy as np
 import numpy.typing as npt
 
-from twin import inventory, newton
+from twin import inventory, kinetics, newton
 from twin.cell import Cell
 from twin.degradation import Begun, DegradationSymbols
 from twin.effects import Mechanics, OcvHysteresis, self_heating
@@ -245,7 +245,7 @@ class StepModel:
         for k, (side, own, surface) in enumerate(
             zip(self.electrodes, ready.sides, surfaces, strict=True)
         ):
-            log_salt = ca.log(self.floored(side, z.salt))
+            log_salt = kinetics.log_salt(z.salt[self.layout.layers()[side.name]])
             there = z.gap_V[k] + side.solid_V(self.drive[1])
             there -= own.losses_ohm_m2 @ self.transfer_of(side, surface.total)
             there -= self.diffusion_V() * (log_salt - log_salt[side.separator])
@@ -317,8 +317,12 @@ class StepModel:
                 self.electrodes, ca.vertsplit(end.gap_V), totals, strict=True
             )
         ]
-        left, right = (self.floored(side, end.salt)[side.separator] for side in self.electrodes)
-        across = self.diffusion_V() * ca.log(right / left)
+        layers = (end.salt[self.layout.layers()[side.name]] for side in self.electrodes)
+        left, right = (
+            kinetics.log_salt(own)[side.separator]
+            for own, side in zip(layers, self.electrodes, strict=True)
+        )
+        across = self.diffusion_V() * (right - left)
         across -= ready.separator_ohm_m2 * current_A / self.p["area_m2"]
         return gaps[1] - gaps[0] + across - self.p["series_resistance_ohm"] * current_A
 

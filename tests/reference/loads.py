@@ -81,6 +81,7 @@ def flight(
 M50_AH, LIPO_AH = 5.0, 2.2
 LOADS = {
     ("lg_m50", "2C"): constant(M50_AH, rate=2.0, duration_s=1200.0),
+    ("lg_m50", "3C"): constant(M50_AH, rate=3.0, duration_s=540.0),
     ("lg_m50", "pulses"): pulses(M50_AH, rate=4.0),
     ("lg_m50", "flight"): flight(M50_AH, mean=2.0, peak=4.0, duration_s=600.0, seed=1),
     ("lipo_2200", "2C"): constant(LIPO_AH, rate=2.0, duration_s=1500.0),

@@ -24,6 +24,7 @@ TOLERANCE = 1e-8  # a hundredfold tighter one changes less than a microvolt (REA
 REFINEMENT = 1.5
 COARSEST = {  # of three meshes; a load of 6000 samples affords less
     ("lg_m50", "2C"): Mesh(layer=24, particle=72),
+    ("lg_m50", "3C"): Mesh(layer=60, particle=60),
     ("lg_m50", "pulses"): Mesh(layer=24, particle=72),
     ("lg_m50", "flight"): Mesh(layer=12, particle=40),
     ("lipo_2200", "2C"): Mesh(layer=8, particle=24),

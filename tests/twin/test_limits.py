@@ -71,16 +71,6 @@ def test_thirty_c_depletes_the_electrolyte_or_ends_at_the_cut_off(
     assert s.stopped_s < 120.0  # 3600 s / 30
 
 
-@pytest.mark.parametrize(("cell", "c_rate"), [("lg_m50", 10.0), ("lipo_2200", 60.0)])
-def test_the_salt_runs_out_where_the_voltage_would_still_allow_the_current(
-    cell: str, c_rate: float
-) -> None:
-    p = pack(cell)
-    s = sound(p, constant(rate(p, c_rate), 60.0))
-    assert s.status is Status.ELECTROLYTE_DEPLETED
-    assert s.voltage_V[-1] > p.cell.lower_cut_off_V + 0.3
-
-
 @both_cells
 @ageing_or_not
 @pytest.mark.parametrize(("soc", "sign"), [(0.0, 1.0), (1.0, -1.0)])
