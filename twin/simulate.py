@@ -94,6 +94,9 @@ class Run:
     asked for, it begins again where it comes to LITTLE_SALT.
     """
 
+    initial: FloatArray
+    state: FloatArray
+
     def __init__(
         self, pack: Pack, load: Load, mesh: Mesh | None, backend: Backend, state: FloatArray | None
     ) -> None:
@@ -114,8 +117,7 @@ class Run:
         """At rest, on this mesh."""
         self.model = pack_model(self.pack, mesh, self._backend)
         self._p = self.model.parameters(self.kinds)
-        self.initial: FloatArray = self.model.initial_state(self.kinds)
-        self.state = self.initial
+        self.initial = self.state = self.model.initial_state(self.kinds)
         self.rows: list[FloatArray] = []
         self.charge_C = self.energy_J = self.elapsed_s = self._voltage_V = 0.0
         self.retried = self._at = 0

@@ -1,5 +1,6 @@
 """`twin explain`: recordings of a pack and its twin -> what was left out."""
 
+import filecmp
 import json
 import math
 import os
@@ -7,6 +8,7 @@ from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass, replace
+from itertools import combinations
 from pathlib import Path
 from typing import Any
 
@@ -41,6 +43,7 @@ from twin.mismatch import (
 from twin.whole_file import write_whole
 
 BEYOND_V = 0.5  # of a cell, outside its cut-offs: no sensor that is merely off
+FULLEST, OVERFULL_V = 0.99, 0.1  # share of the samples below; of a cell, above its cut-off
 WARMER_K = 2.0  # than the pack file says: more than a thermometer errs
 FILE, PAGE, REVEALED = "mismatch.json", "explain.html", "reveal.json"
 ADOPTED = "# by twin explain --adopt, which may replace it\n"  # how such a pack file begins
@@ -72,6 +75,12 @@ class Request:
                 f"{click.format_filename(twice[0])} is given twice: what is fitted cannot be held "
                 "out, and no recording counts twice"
             )
+        for one, other in combinations(self.logs, 2):
+            if one.is_file() and other.is_file() and filecmp.cmp(one, other, shallow=False):
+                raise WrongUse(
+                    f"{click.format_filename(other)} is a copy of {click.format_filename(one)}: "
+                    "what is fitted cannot be held out, and no recording counts twice"
+                )
 
     @property
     def logs(self) -> tuple[Path, ...]:
@@ -172,7 +181,7 @@ def _drawn(
     with refusing():
         drawn = read_drawn(ask, choice)
     check_voltage(drawn)
-    doubts = (*drawn.doubts, *_warmer(drawn, choice), *_no_current(drawn))
+    doubts = (*drawn.doubts, *_warmer(drawn, choice), *_no_current(drawn), *_overfull(drawn))
     return replace(drawn, doubts=doubts)
 
 
@@ -202,6 +211,20 @@ def check_voltage(drawn: Drawn) -> None:
             f"series, but {cell.name} works from {cell.lower_cut_off_V} to "
             f"{cell.upper_cut_off_V} V: check series in the pack file and the unit{hint}"
         )
+
+
+def _overfull(drawn: Drawn) -> tuple[str, ...]:
+    """What is doubtful in a voltage to which no such pack is charged."""
+    drawing = drawn.judged & (drawn.load.current_A >= 0.0) & np.isfinite(drawn.recorded_V)
+    cell, series = drawn.pack.cell, drawn.pack.series
+    most_V = float(np.quantile(drawn.recorded_V[drawing], FULLEST)) if drawing.any() else 0.0
+    if most_V / series <= cell.upper_cut_off_V + OVERFULL_V:
+        return ()
+    return (
+        f"{most_V:.2f} V while it is not charged are {most_V / series:.2f} V a cell with {series} "
+        f"in series, and {cell.name} is full at {cell.upper_cut_off_V} V: are there more cells in "
+        "series than the pack file says, or does the sensor read too much?",
+    )
 
 
 def _warmer(drawn: Drawn, choice: PackChoice) -> tuple[str, ...]:

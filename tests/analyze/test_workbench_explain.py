@@ -315,3 +315,30 @@ def test_how_a_csv_runs_between_rows_is_not_said_of_a_log_beside_it(tmp_path: Pa
     )  # fmt: skip
     assert [command._between(path, both) for path in both.logs] == ["hold", None]
     assert command._between(log, replace(both, sources=(log,))) == "hold"  # and is refused
+
+
+def test_a_copy_of_what_is_fitted_cannot_be_held_out(tmp_path: Path) -> None:
+    own = put(tmp_path, "flight.csv", 1)
+    copy = tmp_path / "copy.csv"
+    copy.write_bytes(own.read_bytes())
+    done = call(tmp_path, own, "--holdout", copy)
+    assert done.exit_code == 2
+    assert "copy.csv is a copy of " in done.output
+    assert not (tmp_path / "out").exists()
+
+
+@pytest.mark.parametrize("series", [11, 12])
+def test_a_pack_that_is_fuller_than_full_has_more_cells_than_it_is_told(
+    series: int, tmp_path: Path
+) -> None:
+    """Twelve cells; with eleven each would be 4.3 V."""
+    own = flown([], seed=1)
+    rows = np.column_stack([own.time_s, own.load.current_A, 3 * own.voltage_V])
+    np.savetxt(
+        tmp_path / "flight.csv", rows, delimiter=",", header="time_s,current_A,voltage_V",
+        comments="",
+    )  # fmt: skip
+    text = PACK.replace("series = 4", f"series = {series}")
+    done = call(tmp_path, tmp_path / "flight.csv", pack_text=text)
+    said = "are there more cells in series than the pack file says" in done.output
+    assert said is (series == 11)

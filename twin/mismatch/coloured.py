@@ -48,7 +48,8 @@ def smooth_noise(
     inside = (hz > LEAST_HZ) & (hz < 0.499 / period_s)
     power, turn = power[inside], np.cos(2.0 * np.pi * hz[inside] * period_s)
     known = _spectrum(left, left_V.size, period_s)[inside] if left else np.zeros(power.size)
-    whole = float(np.mean(power))
+    if not (whole := float(np.mean(power))):  # steady to the bit
+        return None
 
     def cost(point: FloatArray) -> float:
         white, smooth, forgets_s = np.exp(point)

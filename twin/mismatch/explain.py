@@ -94,10 +94,11 @@ def explain(  # noqa: PLR0913
             *_untold(best),
             *_stated(slow_V),
             *(
-                _of_none(found[0], null)
+                _starts(null.fitted)
                 if decision.verdict is Verdict.NONE
                 else _open(data, slow_V or 0.0)
             ),
+            *_not_named(found[0], decision),
             *_noisy(data),
             *_begun(data),
             *_paused((*fitted, *held_out)),
@@ -183,19 +184,23 @@ def _left_out(data: Data) -> Iterator[str]:
         )
 
 
-def _of_none(likeliest: Model, null: Model) -> Iterator[str]:
-    """What would be misread beside a verdict that nothing is missing."""
-    yield from _starts(null.fitted)
-    if likeliest.ids and likeliest.probability > LIKELY:
-        left_V, before_V = (m.fitted.held_out_rms_V() for m in (likeliest, null))
+def _not_named(likeliest: Model, decision: Decision) -> Iterator[str]:
+    """Why less is named than has most of the evidence."""
+    own = decision.model
+    if decision.verdict is Verdict.UNKNOWN or not set(own.ids) < set(likeliest.ids):
+        return
+    if likeliest.probability > LIKELY:
+        left_V, before_V = (m.fitted.held_out_rms_V() for m in (likeliest, own))
         says = f"{' + '.join(likeliest.ids)} has most of the evidence, but"
-        if (gain := likeliest.log_evidence - null.log_evidence) < ALIKE:
-            says += f" is {np.exp(gain):.1f} times as likely as nothing: strong is {STRONG:.0f}"
+        if (gain := likeliest.log_evidence - own.log_evidence) < ALIKE:
+            rest = " + ".join(own.ids) or "nothing"
+            says += f" is {np.exp(gain):.1f} times as likely as {rest}: strong is {STRONG:.0f}"
         else:
             says += f" leaves {1e3 * left_V:.2f} instead of {1e3 * before_V:.2f} mV of what was "
             worse = left_V > before_V
             says += f"held out: {'worse' if worse else 'no more than the twin may err by'}"
-        yield f"{says}, so it is not named"
+        more = [name for name in likeliest.ids if name not in own.ids]
+        yield f"{says}, so {' + '.join(more)} is not named"
 
 
 def _untold(best: Fitted) -> Iterator[str]:

@@ -82,3 +82,8 @@ def test_a_contact_that_comes_and_goes_is_no_filter(
     contact_V = -6e-3 * drawn_A * (np.cumsum(flips) % 2)
     residual_V = contact_V + NOISE_V * random.normal(0.0, 1.0, N)
     assert smooth_noise(residual_V, drawn_A, 0.5) is None
+
+
+def test_what_is_steady_to_the_bit_has_no_colour() -> None:
+    """A voltage that stands, and no current: the logarithm of nothing ended `twin explain`."""
+    assert smooth_noise(np.zeros(300), np.zeros(300), 0.5) is None

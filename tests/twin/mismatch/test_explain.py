@@ -7,6 +7,8 @@ Its cases by another simulator are in `tests/mismatch_cases`; how it does there 
 import json
 from dataclasses import replace
 from importlib import import_module
+from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -115,7 +117,28 @@ def test_what_has_the_evidence_and_no_name_is_told_beside_none(
     assert found.verdict is Verdict.NONE
     (said,) = (r for r in found.remarks if "evidence" in r)
     assert said.startswith(f"series_resistance has most of the evidence, but {why} ")
-    assert said.endswith("so it is not named")
+    assert said.endswith("so series_resistance is not named")
+
+
+@pytest.mark.parametrize("verdict", [Verdict.NAMED, Verdict.AMBIGUOUS, Verdict.UNKNOWN])
+def test_what_has_the_evidence_and_no_name_is_told_beside_what_has_one(verdict: Verdict) -> None:
+    """A table that gives all to two effects, and a verdict that names one of them."""
+
+    def model(ahead_V: float, log_evidence: float, *ids: str) -> Any:
+        fitted = SimpleNamespace(held_out_rms_V=lambda: ahead_V)
+        return SimpleNamespace(
+            ids=ids, fitted=fitted, log_evidence=log_evidence, probability=float(log_evidence == 0)
+        )
+
+    one, both = model(4.82e-3, -43.0, "gain"), model(4.71e-3, 0.0, "clock", "gain")
+    told = import_module("twin.mismatch.explain")._not_named
+    said = list(told(both, decide.Decision(verdict=verdict, model=one, effects=())))
+    whole = (
+        "clock + gain has most of the evidence, but leaves 4.71 instead of 4.82 mV of what was "
+        "held out: no more than the twin may err by, so clock is not named"
+    )
+    assert said == [whole] * (verdict is not Verdict.UNKNOWN)
+    assert not list(told(both, decide.Decision(verdict=verdict, model=both, effects=())))
 
 
 @pytest.mark.parametrize(
