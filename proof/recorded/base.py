@@ -40,7 +40,7 @@ from twin.whole_file import write_whole
 
 FloatArray = npt.NDArray[np.float64]
 
-VERSION = 20  # of what is kept: raise it where the same inputs give another calibration
+VERSION = 21  # of what is kept: raise it where the same inputs give another calibration
 ALIKE = 0.8  # of a current: more is about as fast
 LEAST_TESTS = 2  # whole ones: one alone tells no losses
 RESTS = 0.02  # of the largest current: less is a rest, whose voltage is that of the open circuit
