@@ -95,7 +95,7 @@ LiPo with diffusivities that vary along a particle's radius, 50-fold and 18-fold
 
 THERMAL = ("isothermal", "lumped")
 WITHOUT_SALT = ("lg_m50", "3C")
-"""After 167 s a part of its positive electrode has none left: isothermal, since warmth spares it."""
+"""After 167 s a part of its positive electrode has none left; isothermal: warmth spares it."""
 
 
 def names() -> list[str]:
