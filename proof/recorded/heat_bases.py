@@ -141,7 +141,7 @@ def _samsung_slow(folder: Path, concealed: Collection[str]) -> Given:
 def _lg_m50(folder: Path, concealed: Collection[str]) -> Given:
     """Not fitted: 0.5C at 0 degC, which no trial of this cell uses.
 
-    Not fitted to 2C in the cold: there the salt of the twin runs out, and least squares stop.
+    Not fitted to 2C in the cold: there the salt of the twin ran out, and least squares stopped.
     """
     rates, pulses = (matlab(recording(folder, f)) for f in (lg_m50.RATES, lg_m50.PULSES))
     slow = lg_m50.rate(rates, 25, "0.1C")
