@@ -257,7 +257,7 @@ class StepModel:
         return self.electrolyte.diffusion_V(self.old["temperature_K"])
 
     def floored(self, side: ElectrodeSymbols, salt: ca.SX) -> ca.SX:
-        """(n,) salt in an electrode, kept positive for logarithms."""
+        """(n,) salt in an electrode, no less than what `kinetics.log_salt` is straight below."""
         own: ca.SX = ca.fmax(salt[self.layout.layers()[side.name]], SALT_FLOOR_mol_m3)
         return own
 
