@@ -18,8 +18,15 @@ from twin.pack_physics import mechanics_of as constants_of
 
 Text = Annotated[str, Field(min_length=1)]
 Count = Annotated[int, Field(ge=1, le=1000, strict=True)]
-CapacityAh = Annotated[float, Field(gt=0.0, le=10_000.0)]
-Celsius = Annotated[float, Field(ge=-60.0, le=120.0)]  # wider than any pack survives
+CapacityAh = Annotated[float, Field(gt=0.0, le=1000.0)]  # mAh are more
+Celsius = Annotated[float, Field(ge=-60.0, le=120.0)]  # wider than any pack survives; K are more
+UNITS = {
+    "capacity_ah": "in Ah, 2.2 for 2200 mAh",
+    "soc": "a share, 0.9 for 90 %",
+    "temperature_c": "in °C, 25 for 298.15 K",
+    "ambient_c": "in °C, 25 for 298.15 K",
+}
+"""Of keys whose value is too large, mostly in another unit."""
 
 
 class PackFileError(ValueError):
@@ -153,7 +160,9 @@ def _in_words(error: ErrorDetails) -> str:
     if error["type"] == "missing":
         return f"{key} is missing"
     if error["type"] != "extra_forbidden":
-        return f"{key}: {error['msg']} (got {error['input']!r})" if key else error["msg"]
+        unit = UNITS.get(where[-1]) if key and error["type"] == "less_than_equal" else None
+        hint = f"; it is {unit}" if unit else ""
+        return f"{key}: {error['msg']} (got {error['input']!r}){hint}" if key else error["msg"]
     near = get_close_matches(key, list(_keys(PackFile)), n=1, cutoff=0.0)
     return f"unknown key {key}: did you mean {near[0]}?"
 

@@ -87,6 +87,21 @@ def listing(*names: str) -> str:
     return f"[twin]\nphysics = {list(names)}\n"
 
 
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [
+        (PACK + "capacity_ah = 2200\n", "(got 2200); it is in Ah, 2.2 for 2200 mAh"),
+        (PACK + "[start]\nsoc = 90.0\n", "(got 90.0); it is a share, 0.9 for 90 %"),
+        (PACK + "[start]\ntemperature_c = 273.15\n", "(got 273.15); it is in °C, 25 for 298.15 K"),
+        (PACK + "[environment]\nambient_c = 298\n", "(got 298); it is in °C, 25 for 298.15 K"),
+    ],
+)
+def test_a_number_in_another_unit_is_told_the_right_one(text: str, said: str) -> None:
+    with pytest.raises(PackFileError) as refused:
+        parse_pack_file(text, name="pack.toml")
+    assert str(refused.value).endswith(said)
+
+
 def test_every_effect_can_be_switched_on_by_its_name() -> None:
     file = parse_pack_file(PACK + listing(*EFFECTS), name="pack.toml")
     assert effects_of(file) == tuple(kind() for kind in EFFECTS.values())
