@@ -20,6 +20,8 @@ import numpy.typing as npt
 
 from benchmarks.fuzz_cases import Cycling, Flight, cycling, flight
 from twin.kernel import Backend
+from twin.kinetics import SALT_FLOOR_mol_m3
+from twin.limits import DEPLETED
 from twin.protocol import FollowLoad, ProtocolResult, run
 from twin.simulate import Run, solution_of
 from twin.solution import Solution, Status
@@ -32,6 +34,7 @@ AGAIN_S = 1.0  # after which it is told so again
 WRONG = 1e-9  # relative error of lithium or charge that is a fault
 LITTLE = 1e-9  # below 0 (or above 1) by no more than this is rounding
 BOUNDED = {"left_n": 1.0, "left_p": 1.0, "trapped_n": 1.0, "trapped_p": 1.0, "porosity": 1.0}
+LEAST = {"salt": -DEPLETED * SALT_FLOOR_mol_m3}  # where there is none (`kinetics.log_salt`)
 NOT_NEGATIVE = ("salt", "film", "crack_film", "plated", "dead", "crack_m", *BOUNDED)
 
 
@@ -128,7 +131,10 @@ def _impossible(model: StepModel, state: FloatArray) -> Iterator[str]:
     names = [name for name in NOT_NEGATIVE if name in layout.sizes()]
     for name in names:
         values = state[layout.slice_of(name)]
-        if values.min() < -LITTLE or values.max() > BOUNDED.get(name, np.inf) + LITTLE:
+        if (
+            values.min() < LEAST.get(name, -LITTLE)
+            or values.max() > BOUNDED.get(name, np.inf) + LITTLE
+        ):
             yield f"{name} from {values.min():.3g} to {values.max():.3g}"
 
 
