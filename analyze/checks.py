@@ -45,6 +45,8 @@ def make_writable(out: Path) -> None:
     """The folder, there and open for writing."""
     try:
         out.mkdir(parents=True, exist_ok=True)
+    except FileExistsError as e:
+        raise WrongUse(f"{click.format_filename(out)} is a file: expected a folder") from e
     except OSError as e:
         raise WrongUse(f"{click.format_filename(out)}: cannot be made: {e.strerror}") from e
     if not os.access(out, os.W_OK | os.X_OK):

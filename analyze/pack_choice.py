@@ -79,7 +79,8 @@ def _text(path: Path) -> str:
     try:
         return path.read_text(encoding="utf-8-sig")  # Windows puts a mark at the beginning
     except (OSError, UnicodeDecodeError) as e:
-        raise PackFileError(f"{path}: cannot be read: {e}") from e
+        why = (isinstance(e, OSError) and e.strerror) or e
+        raise PackFileError(f"{path}: cannot be read: {why}") from e
 
 
 def _fit_of_cell(cell: Path) -> Path:

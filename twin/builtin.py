@@ -40,5 +40,6 @@ def load_cell(path_or_name: str | Path) -> Cell:
     try:
         content = Path(path_or_name).read_text(encoding="utf-8-sig")  # Windows marks the beginning
     except (OSError, UnicodeDecodeError) as e:
-        raise CellError(f"{path_or_name}: cannot be read: {e}") from e
+        why = (isinstance(e, OSError) and e.strerror) or e
+        raise CellError(f"{path_or_name}: cannot be read: {why}") from e
     return read_bpx(content, name=Path(path_or_name).name)

@@ -12,9 +12,9 @@ from twin.calibrate.table import (
     QUANTITIES,
     CalibrationError,
     Place,
-    asked_for,
     cell_columns,
     column_of,
+    not_there,
 )
 from twin.load import Between, Load, LoadError
 
@@ -58,8 +58,9 @@ def read_load_csv(stream: TextIO, *, name: str) -> LoadTable:
     """Columns by what their header says of quantity and unit: "Current / A", "I[A]", "Time (s)".
 
     Discharge current is positive; where the voltage says that it is negative, it is turned round.
-    Lines without time or current are left out, of lines with one time the last counts. Cells of
-    which each has a column ("Cell 1 / V") make the pack's voltage where no other column has it.
+    Lines without time or current are left out, of lines with one time the last counts, and a
+    voltage of exactly 0 is none. Cells of which each has a column ("Cell 1 / V") make the pack's
+    voltage where no other column has it.
 
     Raises:
         LoadError: it is empty, a column is missing, a cell is no number, or a clock goes back; with
@@ -75,11 +76,8 @@ def read_load_csv(stream: TextIO, *, name: str) -> LoadTable:
     if not lines and not any(title.strip() for title in header):
         raise LoadError(f"{name}: the file is empty; expected a recording of time and current")
     places = _places(header, of_cells)
-    for ours in ("time_s", "current_A"):
-        if ours not in places:
-            raise LoadError(
-                f"{name}: no column {ours!r}, nor another with {asked_for(ours, header)}"
-            )
+    if lacking := [ours for ours in ("time_s", "current_A") if ours not in places]:
+        raise LoadError(f"{name}: {not_there(lacking, header)}")
     return _table(lines, places, of_cells, name)
 
 
@@ -120,6 +118,9 @@ def _table(
     voltage_V = columns.get("voltage_V")
     if voltage_V is None and cells_V is not None:
         voltage_V = cells_V.sum(axis=1)
+    dead = np.zeros(kept.size, dtype=bool) if voltage_V is None else voltage_V == 0.0
+    if voltage_V is not None:
+        voltage_V = np.where(dead, np.nan, voltage_V)
     time_s, current_A = time_s[kept], current_A[kept]
     turned = voltage_V is not None and charges(time_s, current_A, voltage_V)
     return LoadTable(
@@ -132,6 +133,7 @@ def _table(
             *_left_out(whole.size - int(whole.sum()), "have no time, or no current that can flow,"),
             *_left_out(int(whole.sum()) - kept.size, "have the time of the line after them"),
             *((TURNED,) if turned else ()),
+            *((f"{NO_VOLTAGE} {np.count_nonzero(dead)}.",) if dead.any() else ()),
             *_without_voltage(voltage_V),
         ),
     )
@@ -139,6 +141,7 @@ def _table(
 
 NONE = 1e6  # SI, of all but times: loggers write the largest number that they have for no answer
 MOST_S = 50 * 86400.0  # the twin takes a step a second
+NO_VOLTAGE = "Lines with a voltage of 0 V, which a sensor that dropped out writes, taken for none:"
 TURNED = "In this file discharge current is negative, as its voltage shows: it was turned round."
 
 
@@ -158,10 +161,11 @@ def _left_out(count: int, why: str) -> tuple[str, ...]:
 def _check_clock(time_s: FloatArray, numbers: Sequence[int], name: str) -> None:
     if (back := np.flatnonzero(np.diff(time_s) < 0)).size:
         at = int(back[0])
+        all_of_it = "; it runs backwards throughout" if back.size == time_s.size - 1 else ""
         raise LoadError(
             f"{name}, line {numbers[at + 1]}: the clock goes back, from {time_s[at]:g} s to "
-            f"{time_s[at + 1]:g} s ({back.size} such lines): give one recording with its lines in "
-            "order"
+            f"{time_s[at + 1]:g} s ({back.size} such lines{all_of_it}): give one recording with "
+            "its lines in order"
         )
     if (whole_s := float(np.ptp(time_s))) > MOST_S:
         at = int(np.argmax(np.diff(time_s)))

@@ -17,7 +17,7 @@ from twin.pack_physics import effects_of as physics_of
 from twin.pack_physics import mechanics_of as constants_of
 
 Text = Annotated[str, Field(min_length=1)]
-Count = Annotated[int, Field(ge=1, le=1000, strict=True)]
+Count = Annotated[int, Field(ge=1, le=1000)]
 CapacityAh = Annotated[float, Field(gt=0.0, le=1000.0)]  # mAh are more
 Celsius = Annotated[float, Field(ge=-60.0, le=120.0)]  # wider than any pack survives; K are more
 UNITS = {
@@ -27,6 +27,15 @@ UNITS = {
     "ambient_c": "in °C, 25 for 298.15 K",
 }
 """Of keys whose value is too large, mostly in another unit."""
+EXPECTED = {
+    "int_type": "a whole number, without quotes",
+    "float_type": "a number, without quotes",
+    "string_type": "text in quotes",
+    "tuple_type": "a list in brackets",
+    "model_type": "a table",
+    "dict_type": "a table",
+}
+"""By the type of a pydantic error: what a value of another kind should have been."""
 
 
 class PackFileError(ValueError):
@@ -34,7 +43,7 @@ class PackFileError(ValueError):
 
 
 class _Table(BaseModel):
-    model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
+    model_config = ConfigDict(extra="forbid", frozen=True, strict=True, allow_inf_nan=False)
 
 
 class PackTable(_Table):
@@ -66,7 +75,7 @@ class EnvironmentTable(_Table):
 class TwinTable(_Table):
     """`[twin]`: which effects are switched on, by id, and by how much it errs (`Pack`)."""
 
-    physics: tuple[Text, ...] | None = None
+    physics: Annotated[tuple[Text, ...], Field(strict=False)] | None = None  # TOML has lists
     cell_error_mv: Annotated[float, Field(gt=0.0, le=1000.0)] | None = None
 
 
@@ -159,6 +168,8 @@ def _in_words(error: ErrorDetails) -> str:
     key = ".".join(where)
     if error["type"] == "missing":
         return f"{key} is missing"
+    if error["type"] in EXPECTED:
+        return f"{key}: expected {EXPECTED[error['type']]} (got {error['input']!r})"
     if error["type"] != "extra_forbidden":
         unit = UNITS.get(where[-1]) if key and error["type"] == "less_than_equal" else None
         hint = f"; it is {unit}" if unit else ""

@@ -89,8 +89,11 @@ def refusing() -> Iterator[None]:
     """What is wrong with a file or an option becomes wrong use, with the same words."""
     try:
         yield
-    except (CellError, LoadError, LogError, PackError, ProtocolError, OSError) as e:
+    except (CellError, LoadError, LogError, PackError, ProtocolError) as e:
         raise WrongUse(str(e)) from e
+    except OSError as e:
+        shown = click.format_filename(e.filename) if e.filename else "a file"
+        raise WrongUse(f"{shown}: cannot be read: {e.strerror or e}") from e
 
 
 def pack_alone(choice: PackChoice) -> tuple[Pack, PackUse, tuple[str, ...]]:

@@ -44,6 +44,7 @@ from twin.whole_file import write_whole
 
 BEYOND_V = 0.5  # of a cell, outside its cut-offs: no sensor that is merely off
 FULLEST, OVERFULL_V = 0.99, 0.1  # share of the samples below; of a cell, above its cut-off
+MOST_CHARGE = 4.0  # of the capacity: no gain of a sensor is so far off
 WARMER_K = 2.0  # than the pack file says: more than a thermometer errs
 FILE, PAGE, REVEALED = "mismatch.json", "explain.html", "reveal.json"
 ADOPTED = "# by twin explain --adopt, which may replace it\n"  # how such a pack file begins
@@ -181,6 +182,7 @@ def _drawn(
     with refusing():
         drawn = read_drawn(ask, choice)
     check_voltage(drawn)
+    check_charge(drawn)
     doubts = (*drawn.doubts, *_warmer(drawn, choice), *_no_current(drawn), *_overfull(drawn))
     return replace(drawn, doubts=doubts)
 
@@ -210,6 +212,18 @@ def check_voltage(drawn: Drawn) -> None:
             f"{drawn.name}: {usual_V:.3f} V is {usual_V / series:.3f} V a cell with {series} in "
             f"series, but {cell.name} works from {cell.lower_cut_off_V} to "
             f"{cell.upper_cut_off_V} V: check series in the pack file and the unit{hint}"
+        )
+
+
+def check_charge(drawn: Drawn) -> None:
+    """WrongUse if a pack gave or took far more charge than it holds."""
+    pack = drawn.pack
+    moved_C = float(np.ptp(drawn.load.drawn_C()))
+    if moved_C > MOST_CHARGE * pack.rated_C:
+        raise WrongUse(
+            f"{drawn.name}: {moved_C / 3600:.2f} Ah between its fullest and its emptiest are "
+            f"{moved_C / pack.rated_C:.1f} times the {pack.rated_C / 3600:.2f} Ah of the pack: "
+            "check the unit of its current, and capacity_ah and parallel in the pack file"
         )
 
 

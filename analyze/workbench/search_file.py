@@ -21,7 +21,8 @@ def read_journal(file: Path) -> Journal:
     except FileNotFoundError:
         return Journal()
     except (OSError, UnicodeDecodeError) as e:
-        raise SearchError(f"cannot be read: {e}") from e
+        why = (isinstance(e, OSError) and e.strerror) or e
+        raise SearchError(f"cannot be read: {why}") from e
     return Journal.from_json(text)
 
 

@@ -139,15 +139,11 @@ def _samsung_slow(folder: Path, concealed: Collection[str]) -> Given:
 
 
 def _lg_m50(folder: Path, concealed: Collection[str]) -> Given:
-    """Not fitted: 0.5C at 0 degC, which no trial of this cell uses.
-
-    Not fitted to 2C in the cold: there the salt of the twin ran out, and least squares stopped.
-    """
+    """Not fitted: 0.5C at 0 degC, which no trial of this cell uses."""
     rates, pulses = (matlab(recording(folder, f)) for f in (lg_m50.RATES, lg_m50.PULSES))
     slow = lg_m50.rate(rates, 25, "0.1C")
     short = (lg_m50.pulse(pulses, tenths, slow) for tenths in lg_m50.PULSED)
-    hidden = (*concealed, "2C 0 degC", "2C 10 degC")
-    others = (read(folder) for name, read in lg_m50s().items() if name not in hidden)
+    others = (read(folder) for name, read in lg_m50s().items() if name not in concealed)
     start = Pack(cell=load_cell("lg_m50"))
     half, cold = (until(lg_m50.rate(rates, degrees, "0.5C"), FLOWN) for degrees in (25, 0))
     tests = (slow, half, *short, *others)

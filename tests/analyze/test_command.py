@@ -211,7 +211,7 @@ WRONG = {
     "nothing": ([], "Missing argument"),
     "an empty folder": (["empty"], "no flight log in empty (0 files looked at)"),
     "a folder without logs": (["texts"], "no flight log in texts (1 files looked at)"),
-    "a file as output": (["a.ulg", "--out", "texts/x.txt"], "cannot be made"),
+    "a file as output": (["a.ulg", "--out", "texts/x.txt"], "is a file: expected"),
     "too long a name of the output": (["a.ulg", "--out", "o" * 300], "cannot be made"),
     "a missing pack": (["a.ulg", "--pack", "none.toml"], "does not exist"),
     "a bad pack": (["a.ulg", "--pack", "bad.toml"], "did you mean pack.series?"),

@@ -208,7 +208,7 @@ def test_a_log_has_its_motions_in_the_spans(tmp_path: Path) -> None:
         (("a.csv", "--adopt", "better.txt"), "expected a name in .toml"),
         (("a.csv", "--adopt", "pack.toml"), "is the pack file to start from: give another name"),
         (("a.csv", "--adopt", "own.toml"), "was not written by an earlier --adopt"),
-        (("a.csv", "--adopt", "bad.csv/x.toml"), "bad.csv: cannot be made"),
+        (("a.csv", "--adopt", "bad.csv/x.toml"), "bad.csv is a file: expected a folder"),
         (("a.csv", "--adopt", f"{'o' * 300}.toml"), "cannot be written: File name too long"),
         (("a.csv", "--floor-mv", "nan"), "--floor-mv nan: expected a number of mV"),
         (("a.csv", "--floor-mv", "inf"), "--floor-mv inf: expected a number of mV"),
@@ -221,7 +221,8 @@ def test_a_log_has_its_motions_in_the_spans(tmp_path: Path) -> None:
         (("back.csv",), "back.csv, line 4: the clock goes back, from 9 s to 8 s (1 such lines)"),
         ((str(SAMPLES / "light.ulg"), "--between", "hold"), "log: --between belongs to a CSV"),
         (("a.csv", "--battery", "1"), "is no flight log: --sensor and --battery belong to one"),
-        (("bad.csv",), "no column 'time_s'"),
+        (("bad.csv",), "no column for time_s and current_A: expected quantity and unit in its"),
+        (("amps.csv",), "11.11 Ah between its fullest and its emptiest are 5.1 times the 2.20 Ah"),
     ],
 )
 def test_wrong_use_is_told_before_any_work(
@@ -236,6 +237,7 @@ def test_wrong_use_is_told_before_any_work(
         "hop": [(k / 10, 1, 16) for k in range(121)],
         "cell": [(k, 1, 4.1) for k in range(99)],
         "back": [(0, 1, 16), (9, 1, 16), (8, 1, 16)],
+        "amps": [(k, 400, 16) for k in range(101)],
     }
     for name, lines in rows.items():
         text = heads + "".join(f"{t},{i},{v}\n" for t, i, v in lines)
@@ -278,7 +280,7 @@ def test_a_folder_that_cannot_be_made_is_wrong_use(tmp_path: Path) -> None:
     (tmp_path / "out").write_text("a file", encoding="utf-8")
     result = call(tmp_path, put(tmp_path, "a.csv", 1))
     assert result.exit_code == 2
-    assert "cannot be made" in result.output
+    assert "out is a file: expected a folder" in result.output
 
 
 def test_recordings_of_one_name_are_told_apart_by_their_folders(tmp_path: Path) -> None:

@@ -42,13 +42,14 @@ def table(folder: Path, name: str) -> list[dict[str, str]]:
 @pytest.mark.parametrize(
     ("text", "said"),
     [
-        ("t,current_A\n0,1\n", "(s or ms or us or min or h) in its header, such as 'Time / s';"),
+        ("t,current_A\n0,1\n", "header, such as 'Time / s' (s or ms or us or min or h); the first"),
         ("time_s;current_A\n0;1\n", "columns have to be parted by commas"),
         ("", "load.csv: the file is empty; expected a recording of time and current"),
         ("time_s,current_A\n0,1\n1,x\n", "load.csv, line 3: current_A is 'x', no number"),
         ("time_s,current_A\n", "no line has a time and a current"),
         ("time_s,current_A\n1,nan\n", "no line has a time and a current"),
         ("time_s,current_A\n0,1\n\n2,1\n1,1\n", "line 5: the clock goes back, from 2 s to 1 s"),
+        ("time_s,current_A\n2,1\n1,1\n0,1\n", "(2 such lines; it runs backwards throughout)"),
     ],
 )
 def test_a_bad_load_is_wrong_use_with_the_place(tmp_path: Path, text: str, said: str) -> None:
@@ -209,7 +210,7 @@ def test_a_file_in_place_of_the_folder_is_wrong_use(tmp_path: Path) -> None:
     (tmp_path / "out").touch()
     result = call(tmp_path, put_load(tmp_path, seconds=2.0, current_A=1.0))
     assert result.exit_code == 2
-    assert "cannot be made" in result.output
+    assert "out is a file: expected a folder" in result.output
 
 
 def test_a_current_that_saturates_is_doubtful(tmp_path: Path) -> None:

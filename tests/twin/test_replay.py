@@ -170,6 +170,15 @@ def test_lines_without_a_voltage_are_counted() -> None:
     )
 
 
+def test_no_voltage_at_all_is_none_and_is_told() -> None:
+    """A sensor that drops out writes 0."""
+    table = read("time_s,current_A,voltage_V\n0,1.0,4.1\n1,3.0,0\n2,3.0,0.0\n3,3.0,4.02\n")
+    assert table.voltage_V is not None
+    assert np.isnan(table.voltage_V).tolist() == [False, True, True, False]
+    assert any("a voltage of 0 V" in r and r.endswith(": 2.") for r in table.remarks)
+    assert table.current_A.tolist() == [1.0, 3.0, 3.0, 3.0]  # which zeros would have turned round
+
+
 def test_the_largest_number_that_a_logger_has_is_no_measurement() -> None:
     """Of a published test: 3.4e38 A in its first row, for no answer."""
     table = read(

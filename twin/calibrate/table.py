@@ -85,11 +85,8 @@ def read_test(stream: TextIO, *, name: str) -> MeasuredTable:
     places = {quantity: column_of(own, quantity) for quantity in QUANTITIES}
     if of_cells and places["voltage_V"] is None:
         places["voltage_V"] = of_cells[0]  # until the sum is known
-    for quantity, place in places.items():
-        if place is None and quantity not in OPTIONAL:
-            raise CalibrationError(
-                f"{name}: no column for {quantity}: expected one with {asked_for(quantity, header)}"
-            )
+    if lacking := [q for q, place in places.items() if place is None and q not in OPTIONAL]:
+        raise CalibrationError(f"{name}: {not_there(lacking, header)}")
     summed = bool(of_cells) and places["voltage_V"] == of_cells[0]
     taken = {q: place for q, place in places.items() if place is not None}
     taken |= {f"voltage of cell {k}": place for k, place in enumerate(of_cells, start=1)}
@@ -130,14 +127,16 @@ def csv_lines(stream: TextIO, *, name: str) -> Iterator[tuple[int, list[str]]]:
         raise CalibrationError(f"{name}, line {rows.line_num}: no CSV: {e}") from e
 
 
-def asked_for(quantity: str, header: Sequence[str]) -> str:
-    """What a `header` without a column for one of EXAMPLES should have had, in words."""
-    units = " or ".join(QUANTITIES[quantity][1])
+def not_there(quantities: Sequence[str], header: Sequence[str]) -> str:
+    """That a `header` has no column for some of EXAMPLES, and what is expected, in words."""
+    examples = " and ".join(
+        f"{EXAMPLES[q]!r} ({' or '.join(QUANTITIES[q][1])})" for q in quantities
+    )
     whole = len(header) == 1 and re.search(r"[;\t|]", header[0])
     parted = ": columns have to be parted by commas" if whole else ""
     return (
-        f"quantity and unit ({units}) in its header, such as {EXAMPLES[quantity]!r}; "
-        f"the first line has {header}{parted}"
+        f"no column for {' and '.join(quantities)}: expected quantity and unit in its header, "
+        f"such as {examples}; the first line has {list(header)}{parted}"
     )
 
 
