@@ -1,1 +1,1 @@
-"""The `analyze` command: the only package that opens paths, prints and exits."""
+"""The `analyze` command; beside `proof` the only package that opens a user's files and prints."""

@@ -59,6 +59,7 @@ def pack_use(
 ) -> PackUse:  # fmt: skip
     """Every number of the pack: from the pack file, else from the log, else a stated default.
 
+    But a measured temperature and the serial number of a log come before those of the file.
     One of `recording` and `file` may be None; in place of a recording a `table` tells how the pack
     started, where it has temperature and voltage.
     """

@@ -34,9 +34,9 @@ SEEDS: Mapping[str, Sequence[int]] = {
     "lipo_2200": range(10),
     "lg_m50": (0, 1, 4, 6, 8, 10, 13, 14, 16, 17),
 }
-"""The first of each whose cells deliver every test. The other LG M50 run out of salt at 2C (2, 3,
-5, 7, 9, 11; 12 so steeply that PyBaMM's meshes do not agree) or meet the upper cut-off in a
-charging pulse (15)."""
+"""The first of each whose cells deliver every test. Of the other LG M50 the salt runs out at 2C (2,
+3, 5, 7, 9, 11, where the twin ended when these were chosen; 12 so steeply that PyBaMM's meshes do
+not agree), or they meet the upper cut-off in a charging pulse (15)."""
 
 
 def main() -> None:

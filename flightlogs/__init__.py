@@ -16,7 +16,7 @@ from flightlogs.errors import LogDamaged, LogError, LogWarning, NotALog, Refusal
 from flightlogs.log import BatteryLog, Channel, FlightLog, Interval, ModeSpan, Vehicle
 from flightlogs.read import read_log
 from flightlogs.recording import ClockFit, Recording
-from flightlogs.sensor import SensorLog
+from flightlogs.sensor import SensorLog, read_sensor
 
 __all__ = [
     "HEAD_BYTES",
@@ -41,4 +41,5 @@ __all__ = [
     "assemble",
     "detect",
     "read_log",
+    "read_sensor",
 ]

@@ -1,1 +1,1 @@
-"""reports."""
+"""Pages and JSON from results."""

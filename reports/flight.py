@@ -133,8 +133,8 @@ class Provenance:
         sha256: of the log file.
         sensor_name: sensor file that was used or refused, "" if none.
         sensor_sha256: of that file, "" if none, or if it could not be read.
-        pack_sha256: of the pack file and its cell file, "" if none.
-        inputs_sha256: of all of these and the options; equal inputs give an equal result.
+        pack_sha256: of the pack file, its cell and what its calibration left, "" if none.
+        inputs_sha256: of all of these, options and version; equal inputs give an equal result.
         version: of this program.
         solver: the twin's solver and its figures, in words.
         seconds: wall time from opening the log to the finished result.

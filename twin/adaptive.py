@@ -9,10 +9,13 @@ Solving Ordinary Differential Equations I (Springer 1993), section II.4.
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import cached_property, partial
 
 import numpy as np
 import numpy.typing as npt
 
+from twin.carried import carried
+from twin.cell_mesh import fine_mesh_of
 from twin.inventory import Lithium
 from twin.kernel import Backend
 from twin.limits import COLUMN, Limits
@@ -20,7 +23,7 @@ from twin.mesh import Mesh
 from twin.newton import CONVERGED_V
 from twin.pack import Pack
 from twin.pack_model import pack_model
-from twin.simulate import surroundings
+from twin.simulate import little_salt_mol_m3, surroundings
 from twin.solution import Status
 
 FloatArray = npt.NDArray[np.float64]
@@ -85,7 +88,8 @@ Goal = Callable[[Point], float]
 class Attempt:
     """A step in two halves.
 
-    `good`: all of it was solved, within salt and stoichiometry; `error_V` is infinite if not.
+    `good`: all of it was solved, within `Limits` of salt and stoichiometry; `error_V` is infinite
+    if not.
     """
 
     middle: Point
@@ -305,9 +309,49 @@ class Stepper:
         return finite and bool(point.out[COLUMN["correction_V"]] <= CONVERGED_V)
 
     def _good(self, point: Point) -> bool:
-        """Solved, with salt and lithium left; cut-off voltages are goals, not failures."""
+        """Solved, within limits of salt and lithium; cut-off voltages are goals, not failures."""
         beyond = self.limits.beyond(point.out[:, None], np.array([0.0]))
         return self._solved(point) and not beyond.any()
 
     def _reason(self, failed: Point, last: Point) -> Status:
         return self.limits.reached(failed.out, last.out, 0.0)
+
+
+class Steppers:
+    """On the mesh that is asked for; if none is, on the usual one, or the finer of little salt."""
+
+    def __init__(
+        self,
+        pack: Pack,
+        ambient_K: float,
+        tolerance_V: float,
+        mesh: Mesh | None,
+        backend: Backend,
+    ) -> None:
+        self.usual = Stepper(pack, ambient_K, tolerance_V, mesh, backend)
+        self._make_finer = partial(
+            Stepper, pack, ambient_K, tolerance_V, fine_mesh_of(pack.cell), backend
+        )
+        self._little_mol_m3 = little_salt_mol_m3(pack) if mesh is None else -np.inf
+
+    @cached_property
+    def finer(self) -> Stepper:
+        """For where salt runs short."""
+        return self._make_finer()
+
+    def of(self, state: FloatArray) -> Stepper:
+        """On the mesh of `state`."""
+        return self.usual if state.size == self.usual.model.size else self.finer
+
+    def falls_short(self, stretch: Stretch) -> bool:
+        """Whether there was less salt in it than the usual mesh follows."""
+        least_mol_m3 = min(p.out[COLUMN["salt_min_mol_m3"]] for p in stretch.points)
+        return bool(least_mol_m3 < self._little_mol_m3)
+
+    def on_finer(self, state: FloatArray) -> FloatArray:
+        """A state of the usual mesh."""
+        return carried(state, self.usual.kinds, self.usual.model, self.finer.model)
+
+    def on_usual(self, state: FloatArray) -> FloatArray:
+        """A state of either."""
+        return carried(state, self.usual.kinds, self.of(state).model, self.usual.model)

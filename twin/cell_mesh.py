@@ -26,7 +26,7 @@ def mesh_of(cell: Cell) -> Mesh:
 
 
 def fine_mesh_of(cell: Cell) -> Mesh:
-    """To tell what the other one misses."""
+    """To tell what the other one misses, and where salt runs short."""
     return FINE_GRADED_MESH if _is_fast(cell) else FINE_MESH
 
 

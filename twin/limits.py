@@ -22,7 +22,7 @@ REACHED = (
     Status.UPPER_CUT_OFF,
 )
 DEPLETED = 20.0  # times the floor, below none: reactions end far above
-NEARLY_DEPLETED = 50.0  # times the floor: Newton may fail a little before the floor is met
+NEARLY_DEPLETED = 50.0  # times the floor: where Newton fails with less, salt is why
 NEARLY_EMPTY = 1e4  # likewise: a stoichiometry within 1 % of its end
 
 

@@ -63,8 +63,9 @@ def read_load_csv(stream: TextIO, *, name: str) -> LoadTable:
     voltage where no other column has it.
 
     Raises:
-        LoadError: it is empty, a column is missing, a cell is no number, or a clock goes back; with
-            the line.
+        LoadError: it is empty or no CSV, a column is missing or there twice, no line has a time and
+            a current, a cell is no number, a clock goes back or is months long; with the line where
+            there is one.
     """
     rows = csv.reader(stream)
     try:
@@ -140,7 +141,7 @@ def _table(
 
 
 NONE = 1e6  # SI, of all but times: loggers write the largest number that they have for no answer
-MOST_S = 50 * 86400.0  # the twin takes a step a second
+MOST_S = 50 * 86400.0  # longer is a clock that was set, or in another unit
 NO_VOLTAGE = "Lines with a voltage of 0 V, which a sensor that dropped out writes, taken for none:"
 TURNED = "In this file discharge current is negative, as its voltage shows: it was turned round."
 

@@ -58,7 +58,10 @@ class PackTable(_Table):
 
 
 class StartTable(_Table):
-    """`[start]`: its state when the recording begins; what is absent is taken from the log."""
+    """`[start]`: its state when the recording begins; what is absent is taken from the log.
+
+    So is a temperature that was measured, whatever is said here.
+    """
 
     soc: Annotated[float, Field(ge=0.0, le=1.0)] | None = None
     temperature_c: Celsius | None = None

@@ -16,7 +16,7 @@ import numpy.typing as npt
 from twin.abreast import Abreast, begun_abreast
 from twin.audit import audit, mean_audit
 from twin.cell import Cell
-from twin.cell_mesh import mesh_of
+from twin.cell_mesh import fine_mesh_of, mesh_of
 from twin.kernel import Backend
 from twin.limits import COLUMN
 from twin.mesh import Mesh
@@ -75,6 +75,11 @@ class PackModel:
         """Length of what a step puts out."""
         kinds = len(self.counts)
         return len(OUTPUTS) * (1 if kinds == 1 else 1 + kinds)
+
+    @property
+    def size(self) -> int:
+        """Length of a state."""
+        return len(self.counts) * self.cell.layout.size
 
     def initial_state(self, kinds: Sequence[CellKind]) -> FloatArray:
         """All cells rested."""
@@ -139,6 +144,11 @@ def pack_model(pack: Pack, mesh: Mesh | None, backend: Backend) -> PackModel:
     with SYMBOLS:
         cell, own = _cell_kernel(_Structure.of(pack, mesh, backend))
     return PackModel(cell, pack.counts, own)
+
+
+def finer_model(pack: Pack, backend: Backend) -> PackModel:
+    """Where salt runs short, see `simulate.LITTLE_SALT`."""
+    return pack_model(pack, fine_mesh_of(pack.cell), backend)
 
 
 def begin(pack: Pack, mesh: Mesh | None, backend: Backend) -> None:

@@ -5,12 +5,12 @@ positive. A recorded load takes one implicit step a sample (`simulate`); all els
 length is chosen by their error (`adaptive`), events located.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import numpy.typing as npt
 
-from twin.adaptive import EVENT_V, Move, Point, Stepper, Stretch
+from twin.adaptive import EVENT_V, Move, Point, Stepper, Steppers, Stretch
 from twin.inside import inside
 from twin.kernel import Backend
 from twin.limits import COLUMN, LOWER_TOLERANCE_V, UPPER_TOLERANCE_V
@@ -155,7 +155,8 @@ class StepResult:
         charge_C: drawn from the pack, exact: negative for a charge.
         energy_J: likewise, by the trapezoidal rule over the steps that were taken.
         stopped_s: when the step ended, since the start of the protocol.
-        end_state: the kernel's state there.
+        end_state: the kernel's state there, on the finer mesh if salt had run short and more steps
+            followed.
         cell_voltage_V: (series, n) of each cell; read-only where all are equal.
         inside: at the same times.
         status: DONE if it ended as it says, else the limit that ended it.
@@ -227,33 +228,36 @@ def run(
         pack: which cells.
         steps: what is done with them.
         settings: surroundings and numerics.
-        state: where another protocol of this pack on this mesh ended; None starts as the pack says.
+        state: where another protocol, or solution, of this pack on this mesh ended; None starts as
+            the pack says.
         current_A: of the pack, at `state`: a change from it is made in smaller ones where the whole
             one cannot be solved.
 
     Raises:
         ProtocolError: a voltage to be held beyond the cut-offs of the cells.
     """
-    stepper = Stepper(
+    steppers = Steppers(
         pack, settings.ambient_K, settings.tolerance_V, settings.mesh, settings.backend
     )
-    start = stepper.model.initial_state(stepper.kinds) if state is None else state
+    usual, kinds = steppers.usual.model, steppers.usual.kinds
+    start = usual.initial_state(kinds) if state is None else state
     done: list[StepResult] = []
     now = _Now(0.0, start, current_A / pack.parallel)
     for step in steps:
         if isinstance(step, FollowLoad):
             done.append(_follow(pack, step, now, settings))
         else:
-            done.append(_adapt(pack, step, now, stepper))
+            done.append(_adapt(pack, step, now, steppers))
         if (last := done[-1]).status is not Status.DONE:
             break
         now = _Now(last.stopped_s, last.end_state, float(last.current_A[-1]) / pack.parallel)
+    start = steppers.on_usual(start)
+    if done:
+        done[-1] = replace(done[-1], end_state=steppers.on_usual(done[-1].end_state))
     charge_C = sum(s.charge_C for s in done) / pack.parallel
     return ProtocolResult(
         steps=tuple(done),
-        audit=stepper.model.lithium(
-            stepper.kinds, (start, done[-1].end_state if done else start), charge_C
-        ),
+        audit=usual.lithium(kinds, (start, done[-1].end_state if done else start), charge_C),
         status=done[-1].status if done else Status.DONE,
         start_state=start,
     )
@@ -296,17 +300,15 @@ def _adapt(
     pack: Pack,
     step: ConstantCurrent | ConstantVoltage | Rest,
     now: _Now,
-    stepper: Stepper,
+    steppers: Steppers,
 ) -> StepResult:
+    stepper = steppers.of(now.state)
     before = stepper.steps
-    if isinstance(step, ConstantCurrent):
-        stretch, status = _constant_current(pack, step, now, stepper)
-    elif isinstance(step, ConstantVoltage):
-        stretch, status = _constant_voltage(pack, step, now, stepper)
-    else:
-        start = stepper.jump(now.state, now.current_A, 0.0)
-        stretch = stepper.go(start, step.duration_s, _current(stepper), never)
-        status = stretch.status
+    stretch, status = _stretch(pack, step, now, stepper)
+    if stepper is steppers.usual and steppers.falls_short(stretch):
+        stepper, now = steppers.finer, replace(now, state=steppers.on_finer(now.state))
+        before = stepper.steps
+        stretch, status = _stretch(pack, step, now, stepper)
     failed_at_once = len(stretch.points) == 1 and stretch.status is not Status.DONE
     points = [] if failed_at_once else stretch.points
     out = np.array([p.out for p in points]).reshape(len(points), stepper.model.outputs).T
@@ -330,6 +332,18 @@ def _adapt(
         steps=stepper.steps - before,
         worst_error_V=stretch.worst_V,
     )
+
+
+def _stretch(
+    pack: Pack, step: ConstantCurrent | ConstantVoltage | Rest, now: _Now, stepper: Stepper
+) -> tuple[Stretch, Status]:
+    if isinstance(step, ConstantCurrent):
+        return _constant_current(pack, step, now, stepper)
+    if isinstance(step, ConstantVoltage):
+        return _constant_voltage(pack, step, now, stepper)
+    start = stepper.jump(now.state, now.current_A, 0.0)
+    stretch = stepper.go(start, step.duration_s, _current(stepper), never)
+    return stretch, stretch.status
 
 
 def never(_: Point) -> float:

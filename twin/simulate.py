@@ -14,7 +14,7 @@ import numpy as np
 import numpy.typing as npt
 
 from twin.abreast import Abreast
-from twin.cell_mesh import fine_mesh_of
+from twin.carried import carried
 from twin.effects import OF_CURRENT, ColdPack, OfCurrent, SelfHeating
 from twin.inside import inside
 from twin.kernel import CHUNK, Backend
@@ -22,7 +22,7 @@ from twin.limits import COLUMN, Limits
 from twin.load import Load
 from twin.mesh import Mesh
 from twin.pack import CellKind, Pack
-from twin.pack_model import Asked, of_places, pack_model, steps_of
+from twin.pack_model import Asked, PackModel, finer_model, of_places, pack_model, steps_of
 from twin.pieces import cut_into_pieces, sample_ends
 from twin.solution import Solution, Status
 
@@ -35,6 +35,11 @@ LITTLE_SALT = 0.03
 The usual one does not follow the front behind which reactions have ended: of an LG M50 at 3C it is
 0.9 mV off when so little is left, 12 after four minutes, 22 rms down to 2.83 V; the finer one 1.0
 (`pytest tests/twin/test_reference.py tests/twin/test_depleted.py`)."""
+
+
+def little_salt_mol_m3(pack: Pack) -> float:
+    """LITTLE_SALT of what was mixed."""
+    return LITTLE_SALT * pack.cell.electrolyte.initial_concentration_mol_m3
 
 
 def surroundings(pack: Pack, ambient_K: float) -> FloatArray:
@@ -90,8 +95,8 @@ class Taken:
 class Run:
     """One simulation while it goes on; `rows` collects the outputs of accepted pieces.
 
-    `taken` collects their steps if it is made a list before it runs. From rest, and if no mesh is
-    asked for, it begins again where it comes to LITTLE_SALT.
+    `taken` collects their steps if it is made a list before it runs. If no mesh is asked for, it
+    begins again where it comes to LITTLE_SALT.
     """
 
     initial: FloatArray
@@ -105,19 +110,17 @@ class Run:
         self._limits = Limits(pack.cell.lower_cut_off_V, pack.cell.upper_cut_off_V)
         self._tail = surroundings(pack, load.ambient_K)
         self.taken: list[Taken] | None = None
-        self._least_mol_m3 = LITTLE_SALT * pack.cell.electrolyte.initial_concentration_mol_m3
-        self._finer = mesh is None and state is None
-        self._begin(mesh)
-        if state is not None:
-            if mesh is None and state.shape != self.state.shape:  # where it came to little salt
-                self._begin(fine_mesh_of(pack.cell))
-            self.initial = self.state = state
+        self._least_mol_m3 = little_salt_mol_m3(pack)
+        usual = pack_model(pack, mesh, backend)
+        start = usual.initial_state(self.kinds) if state is None else state
+        self._may_refine = mesh is None and start.size == usual.size
+        finer = mesh is None and start.size != usual.size
+        self._begin(finer_model(pack, backend) if finer else usual, start)
 
-    def _begin(self, mesh: Mesh | None) -> None:
-        """At rest, on this mesh."""
-        self.model = pack_model(self.pack, mesh, self._backend)
-        self._p = self.model.parameters(self.kinds)
-        self.initial = self.state = self.model.initial_state(self.kinds)
+    def _begin(self, model: PackModel, state: FloatArray) -> None:
+        """On the mesh of `model`."""
+        self.model, self.initial, self.state = model, state, state
+        self._p = model.parameters(self.kinds)
         self.rows: list[FloatArray] = []
         self.charge_C = self.energy_J = self.elapsed_s = self._voltage_V = 0.0
         self.retried = self._at = 0
@@ -165,9 +168,9 @@ class Run:
             self._count(*lasting, current_A[:accepted], out[:accepted, COLUMN["voltage_V"]])
         if accepted < size and self._difficult(self._at):
             self._at += 1
-        if self._finer and self._salt_mol_m3(out[:accepted]) < self._least_mol_m3:
-            self._finer = False
-            self._begin(fine_mesh_of(self.pack.cell))
+        if self._may_refine and self._salt_mol_m3(out[:accepted]) < self._least_mol_m3:
+            self._may_refine, finer = False, finer_model(self.pack, self._backend)
+            self._begin(finer, carried(self.initial, self.kinds, self.model, finer))
 
     def _salt_mol_m3(self, out: FloatArray) -> float:
         """Least of these accepted outputs, and of the last one that was kept."""
@@ -265,8 +268,8 @@ def simulate(
     """The response of `pack` to `load` (pack current, discharge positive).
 
     `mesh`: that of the cell (`mesh_of`) if there is none, the finer where salt runs short.
-    `state` continues where another solution of this pack on this mesh ended (its `end_state`);
-    None starts at rest as the pack says.
+    `state` continues where another solution of this pack on this mesh ended (its `end_state`, of
+    the finer mesh where it had to be taken); None starts at rest as the pack says.
 
     Never raises for what the load asks: a limit that is reached ends the solution with a status
     and everything up to there.

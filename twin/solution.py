@@ -23,8 +23,8 @@ class Status(Enum):
     )
     UPPER_CUT_OFF = "the voltage reached the upper cut-off; the load charges a full cell"
     ELECTROLYTE_DEPLETED = (
-        "the electrolyte ran out of salt; the load is beyond the rate this cell can deliver: "
-        "check the capacity and the number of parallel cells"
+        "the electrolyte has no salt left to carry the current; the load is beyond the rate this "
+        "cell can deliver: check the capacity and the number of parallel cells"
     )
     ELECTRODE_EMPTY = (
         "an electrode's surface ran out of lithium, or of room for it; the load asks for more than "
@@ -93,8 +93,8 @@ class Solution:
         audit: the lithium balance.
         status: how it ended.
         stopped_s: time at which it ended, located inside the sample if it ended early.
-        steps: time steps taken, sub-steps included.
-        retried_steps: sub-steps that replaced a step which had not converged.
+        steps: time steps taken, sub-steps included; where salt ran short those on the finer mesh.
+        retried_steps: sub-steps that replaced a step which had not converged or was beyond a limit.
         charge_C: drawn from the pack up to where it ended: what flowed, not what was recorded.
         energy_J: likewise, at the voltage of its cells.
         end_state: the kernel's state there; `simulate(..., state=)` continues from it.

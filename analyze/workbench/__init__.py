@@ -1,1 +1,1 @@
-"""The `twin` command: replay a load, age a pack."""
+"""The `twin` command: replay a load, age a pack, calibrate, explain, prove."""

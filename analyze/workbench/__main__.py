@@ -31,7 +31,7 @@ other took half of two cores in `twin prove`, and a fifth of the work of `twin c
 @click.group(context_settings={"help_option_names": ["-h", "--help"]})
 @click.version_option(package_name="drone-battery-health", prog_name="twin")
 def main() -> None:
-    """Simulate a battery pack with the P2D twin."""
+    """Simulate a battery pack with the P2D twin, calibrate it, and find what it leaves out."""
     warnings.formatwarning = lambda message, *_, **__: f"warning  {message}\n"
 
 
@@ -64,8 +64,8 @@ def replay(**options: object) -> None:
     LOG is a flight log; LOAD.csv has a column time_s (or "Test Time / s") and current_A (or
     "Current / A"), discharge positive, at the terminals of the pack. Where the voltage was
     recorded (in the log, or a column voltage_V or "Voltage / V") the error is told too. With
-    --c-rate no load is needed. What the pack file does not say is taken from the log, else a full
-    pack at 25 °C.
+    --c-rate no load is needed. What the pack file does not say is taken from the log or the CSV,
+    else a full pack at 25 °C; a temperature that was measured is taken before the one it says.
 
     Writes replay.csv and replay.parquet (a row a sample and case), summary.csv (a row a case) and
     replay.svg.
@@ -229,7 +229,7 @@ def calibrate(**options: object) -> None:
     "--conceal",
     default="",
     metavar="CHANNELS",
-    help="Channels of the logs to keep from the twin: temperature, cells, or both with a comma.",
+    help="Channels to keep from the twin: temperature, cells, or both with a comma.",
 )
 @click.option(
     "--reveal",

@@ -41,7 +41,7 @@ SEPARATOR = "\n         "
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Ask:
-    """The options both commands share."""
+    """The options that the commands share."""
 
     source: Path | None
     pack: Path

@@ -88,8 +88,8 @@ class Errors:
         rms: over the samples as they were recorded, the first and those without a voltage left out.
         largest: absolute.
         mean: simulated above measured is positive.
-        covered: share of the samples the simulation reached before an electrode ran empty, the
-            salt was gone, or the voltage was beyond what `wide` allows.
+        covered: share of the samples the simulation reached before an electrode ran empty, or
+            the voltage was beyond what `wide` allows.
     """
 
     rms: float

@@ -108,8 +108,8 @@ def cooling_W_m2_K(mission: RealTest, room_K: float) -> float:
 def fresh(own: Life, cache: Path) -> Calibrated:
     """The cell by its first check-up; full, in air as warm as it was.
 
-    Not by its missions: at 15 A the LG M50, from which a fit has to start, is out of salt at once.
-    How it cools is that of the first one.
+    Not by its missions: at 15 A, 5C, the LG M50, from which a fit has to start, is at its cut-off
+    after a minute, and 75 s are flown at that. How it cools is that of the first one.
     """
     check_up = own.test("check-up", own.check_ups[0][1])
     mission = own.test("mission", own.missions[0])

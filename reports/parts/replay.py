@@ -4,7 +4,7 @@ from reports.parts.part import NotNegative, Part, Sha256, Share
 
 
 class LithiumPart(Part):
-    """The lithium of one cell, at the end over the start."""
+    """The lithium of one cell, at the start and at the end."""
 
     negative_mol: tuple[float, float]
     """In the negative electrode, at start and end."""
@@ -44,7 +44,8 @@ class ParametersPart(Part):
     heat_transfer_W_m2_K: float
     physics: tuple[str, ...]
     inputs_sha256: Sha256
-    """Of log, sensor, pack file and options; equal inputs give an equal result."""
+    """Of log, sensor, pack file, its cell and calibration, options and version; equal inputs give
+    an equal result."""
 
 
 class ProvenancePart(Part):

@@ -165,7 +165,7 @@ def warmed(transfer: float, current_A: float, name: str = "") -> RealTest:
 
 
 def test_the_cooling_is_that_of_the_fastest_test_that_the_pack_follows_to_its_end() -> None:
-    """At 4C the salt is gone half way, and what is told of its warmth false."""
+    """At 4C it is empty long before, and what is told of its warmth false."""
     start = Pack(cell=load_cell("lg_m50"), effects=(SelfHeating(heat_transfer_W_m2_K=20.0),))
     time_s = np.linspace(0.0, 3000.0, 300)
     load = Load(time_s=time_s, current_A=np.full(300, 5.0), ambient_K=298.15)

@@ -229,7 +229,7 @@ def test_a_motion_with_too_little_data_says_so() -> None:
 
 def test_a_replay_that_ended_early_says_when_and_why() -> None:
     section = replay(example.report(played=example.solution(Status.ELECTROLYTE_DEPLETED, 100)))
-    assert "at 19.9 s: the electrolyte ran out of salt" in section.notices[0].text
+    assert "at 19.9 s: the electrolyte has no salt left" in section.notices[0].text
     assert values(section)["Highest temperature"] == "26.0 °C"
 
 

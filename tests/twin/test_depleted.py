@@ -1,18 +1,22 @@
 """Salt that runs out in a part of an electrode: the rest goes on, as in PyBaMM's DFN."""
 
-from dataclasses import replace
+from dataclasses import astuple, replace
 
 import numpy as np
 import pytest
 
 from tests.reference.stored import Reference, simulate_reference, twin_load, twin_pack
 from twin.builtin import load_cell
+from twin.carried import carried
 from twin.cell_mesh import fine_mesh_of, mesh_of
-from twin.effects import ElectrolyteTransport
+from twin.damage.loss import NOTHING, Ledger
+from twin.effects import Cracking, ElectrolyteTransport, Plating, Sei
 from twin.kernel import Backend
 from twin.limits import COLUMN
 from twin.load import Load
 from twin.pack import Pack
+from twin.pack_model import finer_model, pack_model
+from twin.protocol import ConstantCurrent, Rest, Settings, run
 from twin.sensitivity import sensitivity
 from twin.simulate import Run, simulate, simulate_all
 from twin.solution import Status
@@ -58,7 +62,7 @@ def test_the_finer_mesh_is_taken_where_little_is_left_and_none_was_asked_for() -
 
     usual, finer = (simulate(pack, load, mesh=of(pack.cell)) for of in (mesh_of, fine_mesh_of))
     own = simulate_reference(reference)
-    assert np.array_equal(own.voltage_V, finer.voltage_V)
+    assert own.voltage_V == pytest.approx(finer.voltage_V, abs=1e-9)
     assert own.steps == finer.steps
     assert missed_V(own.voltage_V) < 1.2e-3 < 10e-3 < missed_V(usual.voltage_V)
 
@@ -73,16 +77,50 @@ def test_side_by_side_each_is_what_it_is_alone() -> None:
         assert abs(alone.audit.relative_error) < 1e-12
 
 
-def test_a_run_goes_on_from_where_another_came_to_little_salt() -> None:
+@pytest.mark.parametrize("cut", [50, 150])  # there is salt left at the first of them
+def test_a_run_goes_on_from_where_another_ended(cut: int) -> None:
     pack, whole = scarce(), bursts()
     first, rest = (
         Load(time_s=whole.time_s[own], current_A=whole.current_A[own])
-        for own in (slice(151), slice(150, None))
+        for own in (slice(cut + 1), slice(cut, None))
     )
     before = simulate(pack, first)
     after = simulate(pack, rest, state=before.end_state)
     together = simulate(pack, whole)
-    assert after.voltage_V[1:] == pytest.approx(together.voltage_V[151:], abs=1e-4)
+    assert after.voltage_V[1:] == pytest.approx(together.voltage_V[cut + 1 :], abs=1e-4)
+
+
+def test_a_protocol_takes_the_finer_mesh_too() -> None:
+    pack = Pack(cell=load_cell("lg_m50"))
+    steps = ConstantCurrent(current_A=15.0, duration_s=400.0), Rest(duration_s=60.0)
+    usual, finer = (
+        run(pack, steps, settings=Settings(mesh=of(pack.cell))) for of in (mesh_of, fine_mesh_of)
+    )
+    own = run(pack, steps)
+    for got, expected in zip(own.steps, finer.steps, strict=True):
+        assert got.voltage_V == pytest.approx(expected.voltage_V, abs=1e-9)
+    assert abs(usual.steps[0].voltage_V[-1] - own.steps[0].voltage_V[-1]) > 0.01
+    assert own.end_state.size == usual.end_state.size
+    assert abs(own.audit.relative_error) < 1e-12
+    assert abs(own.audit.charge_error_C) < 1e-6
+
+
+def test_amounts_are_kept_on_another_mesh_and_on_the_way_back() -> None:
+    pack = replace(scarce(), effects=(*scarce().effects, Sei(), Plating(), Cracking()))
+    usual, finer = pack_model(pack, None, Backend.AUTO), finer_model(pack, Backend.AUTO)
+    (kind,) = kinds = pack.cells()
+    time_s = np.arange(0.0, 60.0)
+    state = simulate(pack, Load(time_s=time_s, current_A=np.full(60, 5.0))).end_state
+    there = carried(state, kinds, usual, finer)
+    amounts = (m.cell.lithium_mol(s, kind.values) for m, s in ((usual, state), (finer, there)))
+    before, after = amounts
+    assert after == pytest.approx(before, rel=1e-12, abs=1e-15)
+    back = carried(there, kinds, finer, usual)
+    assert back == pytest.approx(state, rel=1e-9, abs=1e-9)
+    ledger = Ledger(pack)
+    losses = [astuple(ledger.loss(s)) for s in (state, there)]
+    assert losses[1] == pytest.approx(losses[0], rel=1e-9, abs=1e-9)
+    assert losses[0] != pytest.approx(astuple(NOTHING), abs=1e-6)
 
 
 def test_derivatives_hold_where_there_is_no_salt_left() -> None:

@@ -293,7 +293,7 @@ def _by_factor(name: str, unit: str, mean: float) -> Parameter:
 
 
 def _salt_diffusivity(cell: Cell) -> Parameter:
-    """Not what no electrolyte has: a cell at its limit would run out of salt before its time."""
+    """Not what no electrolyte has: a cell at its limit would be short of salt before its time."""
     own_m2_s = float(ca.evalf(cell.electrolyte.diffusivity_m2_s(ca.SX(MIXTURE_mol_m3))))
     least, most = (measured / own_m2_s for measured in MIXTURES_m2_s)
     return Parameter(name="electrolyte.diffusivity_factor", unit="", mean=1.0, std=log(1.4),

@@ -80,7 +80,7 @@ class Simulator:
         s = sensitivity_of(run, sample.load, names, numbers=given)
         slopes, warming = (np.zeros((sample.load.time_s.size, len(names))) for _ in range(2))
         n = s.solution.voltage_V.size
-        # none where a particle fills or salt runs out, nor where a potential that does not fall
+        # none where a particle fills, nor where a potential that does not fall
         # lets it grow: a step is judged by its cost
         most = UNBOUNDED / np.array([abs(given[name]) or 1.0 for name in names])
         slopes[:n], warming[:n] = (

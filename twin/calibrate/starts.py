@@ -41,7 +41,7 @@ def of_windows(problem: Problem) -> FloatArray:
 
 
 def plentiful(problem: Problem, q: FloatArray) -> FloatArray:
-    """`q` with salt that lasts: least squares stop where it runs out, for there a run ends."""
+    """`q` with salt that lasts: where it runs out lies another valley."""
     out = q.copy()
     for k, p in enumerate(problem.parameters):
         if p.name == SALT:

@@ -75,8 +75,9 @@ def read_test(stream: TextIO, *, name: str) -> MeasuredTable:
     cell in a column that is taken are left out.
 
     Raises:
-        CalibrationError: a column is missing, a cell is no number, time does not increase, or a
-            temperature is one that no pack has.
+        CalibrationError: it is no CSV, a column is missing or there twice, there are fewer than two
+            samples, a cell is no number, time does not increase, or a temperature is one that no
+            pack has.
     """
     rows = csv_lines(stream, name=name)
     _, header = next(rows, (0, []))

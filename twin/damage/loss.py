@@ -2,10 +2,12 @@
 
 from collections.abc import Sequence
 from dataclasses import astuple, dataclass
+from functools import cached_property
 
 import numpy as np
 import numpy.typing as npt
 
+from twin.cell_mesh import fine_mesh_of
 from twin.constants import FARADAY_C_mol
 from twin.inventory import Lithium
 from twin.kernel import Backend
@@ -78,7 +80,7 @@ class Ledger:
     ) -> None:
         assert pack.ages, "a pack without ageing loses nothing"
         self._model, kinds = pack_model(pack, mesh, backend), pack.cells()
-        self._layout = self._model.cell.layout
+        self._pack, self._backend, self._layout = pack, backend, self._model.cell.layout
         self._lithium = [Lithium(self._layout, kind.values) for kind in kinds]
         self._shares = np.array([kind.count / pack.series for kind in kinds])
         self._as_charge = FARADAY_C_mol * pack.parallel
@@ -87,13 +89,19 @@ class Ledger:
         self._zero = NOTHING
         self._zero = self.loss(self.new)
 
+    @cached_property
+    def _finer(self) -> "Ledger":
+        return Ledger(self._pack, mesh=fine_mesh_of(self._pack.cell), backend=self._backend)
+
     @property
     def cyclable_C(self) -> float:
         """Lithium in the particles of the new pack."""
         return -self._zero.lithium_C
 
     def loss(self, state: FloatArray) -> Loss:
-        """Since the start of life."""
+        """Since the start of life; of a state on the mesh of the ledger, or on the finer one."""
+        if state.size != self._model.size:
+            return self._finer.loss(state)
         rows = [
             self._row(lithium, own)
             for lithium, own in zip(self._lithium, self._model.states(state), strict=True)

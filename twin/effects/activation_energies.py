@@ -7,7 +7,8 @@ from twin.cell import Cell
 from twin.effects.effect import Numbers, Parameter
 
 ACTIVATION_STD_J_mol = 12e3
-"""Those of the reactions lie 18 and 26 kJ/mol apart in the two built-in cells, one NMC, one LCO."""
+"""Those of the reactions lie 18 and 26 kJ/mol apart in the two built-in cells, one NMC, one
+Li(Ni0.4Co0.6)O2."""
 NUMBERS = {
     "negative_diffusivity_J_mol": "negative.diffusivity_activation_J_mol",
     "positive_diffusivity_J_mol": "positive.diffusivity_activation_J_mol",

@@ -29,7 +29,7 @@ APART_K = 10.0
 few come out of a heated room into air of 0 to 25 degC."""
 STATED = log(1.2)
 """Of a stated heat transfer, at least: calibrations of one cell to several choices of its tests
-scatter by 4 to 10 % in four cells (`proof.recorded.base`)."""
+scatter by 4 to 10 % in four real cells."""
 PRIOR = 0.02
 """Of an effect, before anything is seen; of the controls, that nothing is left out, 1 / (1 + 20 x)
 of it remains when twenty of them are looked for."""

@@ -85,7 +85,7 @@ def measured(
 ) -> tuple[list[ReferenceTest], FloatArray, Problem]:
     """Noisy tests of a drawn cell, each up to the lower cut-off, and the truth.
 
-    Drawn again where the cell does not deliver a test: its salt is used up before the cut-off.
+    Drawn again where the cell does not deliver a test.
     """
     blank = empty_tests(pack, names)
     problem = problem_of(pack, blank)

@@ -81,7 +81,7 @@ def test_derivatives_are_those_of_the_residuals() -> None:
 def test_a_derivative_that_does_not_exist_counts_as_none(
     monkeypatch: pytest.MonkeyPatch, value: float
 ) -> None:
-    """The root of what is left of salt or of room in a particle has none at 0.
+    """The root of what is left of room in a particle has none at 0.
 
     Along a potential that does not fall everywhere it grows without bound.
     """
