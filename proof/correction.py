@@ -126,8 +126,8 @@ def _cross_validated(
     whole, total = _design(columns, names), 0.0
     for block in np.unique(blocks):
         own = blocks == block
-        solved = np.linalg.lstsq(whole[~own], y[~own], rcond=None)[0] if not own.all() else None
-        total += float(np.sum((y[own] - (whole[own] @ solved if solved is not None else 0)) ** 2))
+        said_V = 0.0 if own.all() else whole[own] @ _weights(whole[~own], y[~own])
+        total += float(np.sum((y[own] - said_V) ** 2))
     return total
 
 
@@ -137,7 +137,12 @@ def _design(columns: Mapping[str, FloatArray], names: Sequence[str]) -> FloatArr
 
 
 def _solved(columns: Mapping[str, FloatArray], names: Sequence[str], y: FloatArray) -> FloatArray:
-    """Weights, then the constant; columns are scaled first: their units differ by 1e6."""
-    whole = _design(columns, names)
-    scale = np.abs(whole).max(axis=0)
+    """Weights, then the constant."""
+    return _weights(_design(columns, names), y)
+
+
+def _weights(whole: FloatArray, y: FloatArray) -> FloatArray:
+    """By least squares; columns are scaled first: their units differ by 1e6."""
+    scale = np.abs(whole).max(axis=0, initial=0.0)
+    scale[scale == 0.0] = 1.0
     return np.asarray(np.linalg.lstsq(whole / scale, y, rcond=None)[0] / scale)

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from proof.baselines import baselines, by_chance
-from proof.correction import Answered, corrected
+from proof.correction import Answered, _cross_validated, corrected
 from proof.question import Question, Recording
 from tests.proof import trials
 from tests.twin.mismatch.recordings import NOISE_V
@@ -46,6 +46,20 @@ def test_of_noise_alone_hardly_anything_is_made() -> None:
     own = answered(noise, 1)
     found = corrected([own])
     assert np.std(found.at(own)) < 1.5e-3
+
+
+def test_how_large_a_term_is_in_its_units_decides_nothing() -> None:
+    """The small one is a ten-millionth of the other, as a change of temperature is of charge²."""
+    random = np.random.default_rng([3, 99])
+    large, small, blocks = random.normal(size=600), random.normal(size=600), np.arange(600) // 100
+    y = large + small + random.normal(0, 0.1, 600)
+
+    def left(size: float) -> float:
+        columns = {"large": large / size, "small": size * small}
+        return _cross_validated(columns, ["large", "small"], y, blocks)
+
+    assert left(1e-8) == pytest.approx(left(1.0), rel=1e-6)
+    assert left(1.0) < 7.0
 
 
 def test_a_residual_that_is_cut_off_counts_where_it_is() -> None:

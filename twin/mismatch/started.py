@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 from scipy.optimize import minimize_scalar
 
+from twin.at_rest import OVERFULL
 from twin.mismatch.fit import Fitted
 from twin.mismatch.flight import Flight
 from twin.mismatch.left import beyond_cut_offs, left_V
@@ -28,7 +29,8 @@ def started(flight: Flight) -> Flight:
         left = [left_V(flight, pack, solution)[flight.judged] for solution in done]
         return [float(np.mean(own**2)) for own in left]
 
-    tried = np.linspace(LEAST, MOST, TRIED)
+    apart = [0.0, *(weak.soc_offset for weak in pack.weak)]
+    tried = np.linspace(max(LEAST, -min(apart)), min(MOST, OVERFULL - max(apart)), TRIED)
     nearest = int(np.argmin(missed_V2(*tried.tolist())))
     best = minimize_scalar(
         lambda soc: missed_V2(soc)[0],

@@ -7,7 +7,8 @@ import pytest
 
 from tests.twin.mismatch.recordings import flown
 from tests.twin.mismatch.test_begun import OURS, late
-from twin.effects import AnyEffect, InitialSoc, SeriesResistance
+from twin.at_rest import OVERFULL
+from twin.effects import AnyEffect, InitialSoc, SeriesResistance, WeakCell
 from twin.mismatch import UNTOLD, Flight, Verdict, explain
 from twin.mismatch.fit import fit
 from twin.mismatch.split import split
@@ -39,6 +40,15 @@ def test_a_start_that_nothing_tells_is_no_effect_and_hides_none(
         soc, std = found.starts[f"flight {seed}"]
         assert abs(soc - late(truth, seed).pack.initial_soc) < 3.0 * std < 0.02
     assert sum("Nothing tells well" in r for r in found.remarks) == 1
+
+
+@pytest.mark.parametrize("offset", [-0.1, 0.15])
+def test_a_weak_cell_never_starts_with_a_charge_that_none_has(offset: float) -> None:
+    flight = untold((), 1)
+    weak = replace(flight.pack, initial_soc=0.9, effects=(WeakCell(soc_offset=offset),))
+    found = started(replace(flight, pack=weak)).pack
+    assert found.initial_soc + min(offset, 0.0) >= 0.0
+    assert found.initial_soc + max(offset, 0.0) <= OVERFULL
 
 
 def test_a_start_that_is_told_stays_as_it_is() -> None:
