@@ -1,8 +1,9 @@
 """`Base`: what stands for a real cell in a trial, calibrated to tests that are not concealed.
 
 Least squares (`twin.calibrate.run`) to the voltage, the cell heated by its own losses, and to how
-it warms. The error that a base states is of tests that were not fitted: those as fast as the trial
-or nearest to it are predicted by a fit without them, from slower ones if the trial is the fastest.
+it warms. The error that a base states is of tests that were not fitted: each that is as fast as the
+trial is predicted by a fit to all others, as `twin calibrate` does; if the trial is the fastest,
+those nearest to it by slower ones.
 A calibration is kept as BPX and JSON under a hash of all that went into it, and always taken from
 there: a second run is the first.
 """
@@ -207,11 +208,13 @@ def _calibrate(given: Given, place: Path) -> None:
         errors_V["tests that were not fitted"] = _missed_V(own, cooling, full_soc, given.unseen)
     if near := nearest(given, tests):
         empty_V = pack.cell.lower_cut_off_V
-        *_, found = predicted(best.problem, best.q, tests, near)
-        squares = [
-            _rms_V(t.voltage_V[~t.mixed()], voltage_V, empty_V) ** 2
-            for t, voltage_V in zip((tests[k] for k in near), found, strict=True)
-        ]
+        squares = []
+        for group in apart(given, tests, near):
+            *_, found = predicted(best.problem, best.q, tests, group)
+            squares += [
+                _rms_V(t.voltage_V[~t.mixed()], voltage_V, empty_V) ** 2
+                for t, voltage_V in zip((tests[k] for k in group), found, strict=True)
+            ]
         named = ", ".join(tests[k].name for k in near)
         errors_V[f"{named}, by a fit to the others"] = float(np.sqrt(np.mean(squares)))
     told = {
@@ -262,6 +265,18 @@ def nearest(given: Given, tests: Sequence[ReferenceTest]) -> tuple[int, ...]:
     if unseen_A > nearest_A / ALIKE or not (whole & ~near).any():
         return ()
     return tuple(np.flatnonzero(near).tolist())
+
+
+def apart(
+    given: Given, tests: Sequence[ReferenceTest], near: tuple[int, ...]
+) -> tuple[tuple[int, ...], ...]:
+    """Of `nearest`, those that are predicted by one fit without them.
+
+    Each alone if they are as fast as the trial, whose base keeps them; else all of them, as its
+    base knows nothing so fast as the trial.
+    """
+    as_fast = max(rms_A(tests[k]) for k in near) > ALIKE * given.asked_A
+    return tuple((k,) for k in near) if as_fast else (near,)
 
 
 def _warming_K(best: Progress) -> float:

@@ -7,7 +7,17 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from proof.recorded.base import Base, Body, Given, _key, _missed_V, base_of, nearest, without_faster
+from proof.recorded.base import (
+    Base,
+    Body,
+    Given,
+    _key,
+    _missed_V,
+    apart,
+    base_of,
+    nearest,
+    without_faster,
+)
 from proof.recorded.cooling import cooled, of_mounts
 from proof.recorded.measured import RealTest
 from twin.builtin import load_cell
@@ -64,6 +74,23 @@ def test_the_error_is_that_of_the_tests_nearest_to_the_trial_and_not_faster(
     rates: tuple[float, ...], asked: float, names: list[str]
 ) -> None:
     assert chosen(rates, asked) == names
+
+
+@pytest.mark.parametrize(
+    ("rates", "asked", "groups"),
+    [
+        ((0.1, 1.0, 2.0, 2.1), 2.0, [["2C"], ["2.1C"]]),  # the other one stays in the base
+        ((0.1, 1.0, 2.0, 2.1), 2.4, [["2C"], ["2.1C"]]),
+        ((0.1, 1.0, 2.0, 2.1), 4.0, [["2C", "2.1C"]]),  # nothing there is as fast as the trial
+    ],
+)
+def test_what_a_base_keeps_predicts_the_others_too(
+    rates: tuple[float, ...], asked: float, groups: list[list[str]]
+) -> None:
+    g = given(map(discharge, rates), asked)
+    tests = [t.reference(ambient_K=298.0) for t in g.tests]
+    found = apart(g, tests, nearest(g, tests))
+    assert [[g.tests[k].name for k in group] for group in found] == groups
 
 
 def test_short_tests_say_nothing_of_it() -> None:
