@@ -1,6 +1,7 @@
 """The pack file a user named, read and checked before the first log is opened."""
 
 import hashlib
+import os
 import warnings
 from dataclasses import dataclass
 from functools import lru_cache
@@ -66,6 +67,14 @@ def read_pack(path: Path) -> PackChoice:
     )
 
 
+def cell_beside(cell: str | Path, pack_file: Path) -> str:
+    """What `pack_file`, a path to be written, calls the cell of a `PackChoice`."""
+    if isinstance(cell, str):
+        return cell
+    there = Path(os.path.relpath(cell, pack_file.resolve().parent)).as_posix()
+    return there if is_path(there) else f"./{there}"
+
+
 def beyond_tests(choice: PackChoice | None, use: PackUse, load: Load) -> tuple[LogWarning, ...]:
     """Where the `load` of a pack asks for more than the tests that its cell is calibrated to."""
     asked = choice.cell_doubt.asked if choice and choice.cell_doubt else None
@@ -93,12 +102,19 @@ def _fit_of_life(pack: Path) -> Path:
     return pack.with_suffix(".ageing.json")
 
 
-@lru_cache(maxsize=4)
 def cell_of(reference: str | Path) -> tuple[Cell, tuple[str, ...]]:
     """The cell, and what was assumed or left aside when it was read.
 
-    Kept, since the twin keeps its compiled equations by the identity of the cell.
+    Kept as long as its file is the same, since the twin keeps its compiled equations by the
+    identity of the cell.
     """
+    path = Path(reference)
+    there = is_path(str(reference)) and path.is_file()
+    return _cell_of(reference, hashlib.sha256(path.read_bytes()).hexdigest() if there else "")
+
+
+@lru_cache(maxsize=4)
+def _cell_of(reference: str | Path, _sha256: str) -> tuple[Cell, tuple[str, ...]]:
     with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always")
         cell = load_cell(reference)

@@ -26,7 +26,7 @@ from segment import cut, periodic_profiles
 from twin.cell import Cell
 from twin.damage import ageing
 from twin.kernel import Backend
-from twin.pack import Pack
+from twin.pack import Pack, PackError
 from twin.pack_file import effects_of
 from twin.pack_model import begin
 from twin.replay import Replay
@@ -109,6 +109,10 @@ def read_flight(source: Source) -> Flight:
         cell,
         builtin=isinstance(reference, str),
     )
+    try:
+        pack_of(use, cell)
+    except PackError as e:
+        raise Refusal("pack_cannot_start", f"{printable(source.log.name)}: {e}") from e
     doubts = (
         *_still_doubtful(recording, source.pack),
         *_doubts(recording, use, sensor, remarks),

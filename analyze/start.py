@@ -10,13 +10,13 @@ from flightlogs.log import FloatArray
 from flightlogs.quality import resistance
 from flightlogs.recording import Recording
 from reports.flight import PackUse
-from twin.at_rest import open_circuit_V, soc_at_rest
+from twin.at_rest import OVERFULL, open_circuit_V, soc_at_rest
 from twin.cell import Cell
 from twin.constants import ZERO_CELSIUS_K
 from twin.effects import SelfHeating
 from twin.load_csv import LoadTable
 from twin.mismatch import START_SOC, UNTOLD
-from twin.pack import Pack
+from twin.pack import Pack, PackError
 from twin.pack_file import PackFile, effects_of, mechanics_of
 
 ROOM_K = 298.15
@@ -110,8 +110,8 @@ def pack_use(
 
 
 def pack_of(use: PackUse, cell: Cell) -> Pack:
-    """The same, as the twin takes it."""
-    return Pack(
+    """The same, as the twin takes it; PackError if no cell can start so."""
+    pack = Pack(
         cell=cell,
         series=use.series,
         parallel=use.parallel,
@@ -126,6 +126,13 @@ def pack_of(use: PackUse, cell: Cell) -> Pack:
         effects=use.effects,
         mechanics=use.mechanics,
     )
+    soc = pack.numbers()["initial_soc"]
+    if not 0.0 <= round(soc, 9) <= OVERFULL:
+        raise PackError(
+            f"the pack starts at {use.initial_soc:.3f} ({use.origins['initial_soc']}), with the "
+            f"offset of initial_soc at {soc:.3f}: expected 0 to {OVERFULL:g}"
+        )
+    return pack
 
 
 def _series(recording: Recording | None, file: PackFile | None) -> tuple[int, str]:

@@ -106,6 +106,10 @@ class Rough:
     unexplained: float
 
 
+def _long_enough(time_s: FloatArray) -> bool:
+    return len(time_s) >= MIN_SAMPLES and float(time_s[-1] - time_s[0]) >= MIN_COMMON_S
+
+
 def align(sensor: SensorLog, log: FlightLog, *, battery: int | None = None) -> AlignedSensor:
     """Map the sensor's clock to that of the flight log: t_log = t_sensor (1 + drift) + offset.
 
@@ -135,8 +139,8 @@ def align(sensor: SensorLog, log: FlightLog, *, battery: int | None = None) -> A
     if np.sum(known) >= MIN_SAMPLES:
         known[known] = ~spikes(sensor.current_A[known])
     t, x = sensor.time_s[known], sensor.current_A[known]
-    lengths = [c[-1] - c[0] for c in (t, *(r.time_s for r in references)) if len(c) >= MIN_SAMPLES]
-    if len(t) < MIN_SAMPLES or min(lengths) < MIN_COMMON_S:
+    references = tuple(r for r in references if _long_enough(r.time_s))
+    if not references or not _long_enough(t):
         raise AlignmentRefused(
             "too_short",
             f"{sensor.name}, {log.name}: less than {MIN_COMMON_S:.0f} s of current on one side",

@@ -86,7 +86,7 @@ def _vehicle(kind: str, parameters: Mapping[str, float]) -> tuple[Vehicle, str]:
 def mode_name(kind: str, mode: float | str) -> str:
     """ArduPilot's name of a mode, given by number or by its printed name."""
     text = str(mode)
-    if text.replace(".0", "").isdigit():
+    if re.fullmatch(r"[0-9]{1,9}(\.0)?", text):
         return str(MODES.get(kind, {}).get(int(float(text)), f"MODE_{int(float(text))}"))
     return text.upper().replace(" ", "_")
 

@@ -14,6 +14,7 @@ from flightlogs.table import RawLog, Table
 # it is the time of the week, and `T` is the time since boot
 CLOCK_LABELS = {"TimeUS": 1e-6, "TimeMS": 1e-3}
 GPS_BOOT, GPS_WEEK_TIME = "T", "Time"
+RHYTHM = frozenset(["Curr", "CurrTot"])
 MILLI = 1e-3
 NOT_DATA = frozenset(
     ["FMTU", "UNIT", "MULT", "PARM", "MSG", "VER", "FILE"]
@@ -75,7 +76,7 @@ def _reconstructed(raw: RawLog) -> tuple[Timed, FileClock]:
     if gps is not None and GPS_WEEK_TIME in gps.numbers and len(gps) > 1:
         base = gps.offset, gps.numbers[GPS_WEEK_TIME] * MILLI
         reason = f"the time of week of its {len(gps)} GPS rows"
-    elif current is not None and len(current) > 1:
+    elif current is not None and len(current) > 1 and current.numbers.keys() >= RHYTHM:
         time_s, evidence = row_times(current)
         base = current.offset, time_s
         reason = f"{len(current)} CURR rows {evidence}"

@@ -24,8 +24,6 @@ class Evidence:
     """How far the residual is from what two records of one current leave.
 
     Attributes:
-        unexplained: median over the stretches of the share of the slow variance that the other
-            record does not have; 0 for two records of one flight, 1 and more for strangers.
         redness: slow variance of the residual / what its fast part lets expect of white noise.
         surprise: residual power / that of predicting each sample of the reference from its own
             neighbours (cubic through two on each side), in flight. A sensor of the same current
@@ -35,7 +33,6 @@ class Evidence:
         stretches: how many were judged.
     """
 
-    unexplained: float
     redness: float
     surprise: float
     correlation: float
@@ -92,7 +89,6 @@ def judge(expected: FloatArray, residual: FloatArray, spacing_s: float) -> Evide
     a = slow_expected[: len(in_flight)][in_flight]
     b = a + slow_residual[: len(in_flight)][in_flight]
     return Evidence(
-        unexplained=float(np.median((left - white * noise) / signal)),
         redness=float(np.median(left) / max(white * float(np.median(noise)), 1e-12)),
         surprise=surprise(expected + residual, residual),
         correlation=float(np.corrcoef(a, b)[0, 1]),

@@ -72,13 +72,11 @@ class Px4Topics:
     Attributes:
         samples: by name and instance.
         clock: what was repaired.
-        zero_s: raw time of the log's zero, since boot.
         end_s: time of the last sample.
     """
 
     samples: Mapping[tuple[str, int], Samples]
     clock: Repair
-    zero_s: float
     end_s: float
 
     def first(self, *names: str) -> Samples | None:
@@ -121,7 +119,5 @@ def on_one_clock(topics: tuple[Topic, ...]) -> Px4Topics:
                 held=bool(held[owner == k][kept][0]),
                 columns={f: v[kept] for f, v in topic.columns.items()},
             )
-    known = np.isfinite(time_s) & ~held
-    zero_s = float(np.median(raw[known] - time_s[known])) if known.any() else 0.0
     end_s = float(np.nanmax(time_s, initial=0.0)) if raw.size else 0.0
-    return Px4Topics(samples=samples, clock=clock, zero_s=zero_s, end_s=end_s)
+    return Px4Topics(samples=samples, clock=clock, end_s=end_s)

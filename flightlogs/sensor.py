@@ -170,7 +170,7 @@ def spread_coarse(time_s: FloatArray) -> tuple[FloatArray, bool]:
     """Stamps coarser than the sampling (dates to the second): spread evenly over their step."""
     if np.mean(np.diff(time_s) == 0) < COARSE_SHARE:
         return time_s, False
-    start = np.flatnonzero(np.diff(time_s, prepend=time_s[0] - 1) != 0)
+    start = np.append(0, np.flatnonzero(np.diff(time_s) != 0) + 1)
     length = np.diff(start, append=len(time_s))
     step = np.diff(time_s[start])
     step_s = float(np.median(step[step > 0])) if np.any(step > 0) else 0.0

@@ -264,6 +264,8 @@ def extract(
     body: list[list[str]], header: list[str] | None, name: str, *, repeated_headers: int, cut: bool
 ) -> RawTable:
     """Columns of the body; a row without a readable stamp and current field is malformed."""
+    if not body:
+        raise NotALog(f"{name}: fewer than two rows with a time and a current")
     notes: list[LogWarning] = []
     named = columns(header) if header else guess_columns(body, notes, name)
     time_s = times(body, named["time"], notes, name)

@@ -127,7 +127,7 @@ def _trials(request: Request, seed: int) -> tuple[Trial, ...]:
 def _again(request: Request, seed: int) -> str:
     parts = ["twin", "prove", "--seed", str(seed), "--trials", str(request.trials)]
     if request.recordings is not None:
-        parts += ["--recordings", request.recordings.name]
+        parts += ["--recordings", str(request.recordings)]
     return shlex.join(parts)
 
 

@@ -95,17 +95,26 @@ class FlownPack:
 
 
 def packs_of(results: Sequence[Result]) -> tuple[FlownPack, ...]:
-    """Of flights in the order of their start; the pack with least of its capacity first."""
+    """The pack with least of its capacity first.
+
+    Flights in the order of their start; those without a date first, as nothing says that they are
+    the last.
+    """
     by: dict[str, list[Result]] = {}
-    for r in results:
+    for r in sorted(results, key=_begun):
         if r.pack.serial:
             by.setdefault(r.pack.serial, []).append(r)
     packs = (FlownPack(serial=k, results=tuple(v)) for k, v in by.items())
     return tuple(sorted(packs, key=lambda p: (p.of_rated is None, p.of_rated or 0.0, p.serial)))
 
 
+def _begun(result: Result) -> tuple[bool, str]:
+    start = result.flight.start_utc
+    return start is not None, start.isoformat() if start else ""
+
+
 def packs_section(results: Sequence[Result]) -> Section:
-    """Of the flights that count, in the order of their start."""
+    """Of the flights that count."""
     packs = packs_of(results)
     unnamed = sum(not r.pack.serial for r in results)
     table = Table(caption="Packs, the weakest first", columns=COLUMNS, rows=tuple(map(_row, packs)))

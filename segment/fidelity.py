@@ -7,8 +7,8 @@ import numpy as np
 
 from segment.profile import Fidelity
 from segment.runs import FloatArray, moving_average
+from segment.statistics import RIPPLE_WINDOW_s
 
-RIPPLE_WINDOW_s = 2.0  # slower than control activity, faster than a manoeuvre
 FRAME_s = 3.2  # of the spectrum: resolves 0.3 Hz
 MOST_STEPS = 5000
 PERCENTS = (1.0, 50.0, 99.0)

@@ -15,6 +15,7 @@ from twin.calibrate.table import (
     cell_columns,
     column_of,
     not_there,
+    possible_K,
 )
 from twin.load import Between, Load, LoadError
 
@@ -115,26 +116,28 @@ def _table(
         if ours in places
     }
     cells = [_column(lines, p, f"cell {k}", name)[kept] for k, p in enumerate(of_cells, start=1)]
-    cells_V = np.column_stack(cells) if cells else None
+    cells_V, dead = _living(cells)
     voltage_V = columns.get("voltage_V")
-    if voltage_V is None and cells_V is not None:
-        voltage_V = cells_V.sum(axis=1)
-    dead = np.zeros(kept.size, dtype=bool) if voltage_V is None else voltage_V == 0.0
     if voltage_V is not None:
-        voltage_V = np.where(dead, np.nan, voltage_V)
+        dead = dead | (voltage_V == 0.0)
+        voltage_V = np.where(voltage_V == 0.0, np.nan, voltage_V)
+    elif cells_V is not None:
+        voltage_V = cells_V.sum(axis=1)
+    temperature_K, strange = possible_K(columns.get("temperature_K"))
     time_s, current_A = time_s[kept], current_A[kept]
     turned = voltage_V is not None and charges(time_s, current_A, voltage_V)
     return LoadTable(
         time_s=time_s,
         current_A=-current_A if turned else current_A,
         voltage_V=voltage_V,
-        temperature_K=columns.get("temperature_K"),
+        temperature_K=temperature_K,
         cell_voltage_V=cells_V,
         remarks=(
             *_left_out(whole.size - int(whole.sum()), "have no time, or no current that can flow,"),
             *_left_out(int(whole.sum()) - kept.size, "have the time of the line after them"),
             *((TURNED,) if turned else ()),
-            *((f"{NO_VOLTAGE} {np.count_nonzero(dead)}.",) if dead.any() else ()),
+            *((f"{NO_VOLTAGE} {np.count_nonzero(dead)}.",) if np.any(dead) else ()),
+            *((f"{NO_TEMPERATURE} {strange}.",) if strange else ()),
             *_without_voltage(voltage_V),
         ),
     )
@@ -143,7 +146,17 @@ def _table(
 NONE = 1e6  # SI, of all but times: loggers write the largest number that they have for no answer
 MOST_S = 50 * 86400.0  # longer is a clock that was set, or in another unit
 NO_VOLTAGE = "Lines with a voltage of 0 V, which a sensor that dropped out writes, taken for none:"
+NO_TEMPERATURE = "Lines with a temperature that no pack can have, taken for none:"
 TURNED = "In this file discharge current is negative, as its voltage shows: it was turned round."
+
+
+def _living(cells: Sequence[FloatArray]) -> tuple[FloatArray | None, npt.NDArray[np.bool_]]:
+    """(n, cells) without those that are 0 V throughout, and (n,) where one of the others is."""
+    there = [own for own in cells if np.any(own != 0.0)]
+    if not there:
+        return None, np.zeros(1, dtype=bool)
+    cells_V = np.column_stack(there)
+    return np.where(cells_V == 0.0, np.nan, cells_V), np.any(cells_V == 0.0, axis=1)
 
 
 def _without_voltage(voltage_V: FloatArray | None) -> tuple[str, ...]:

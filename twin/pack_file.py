@@ -101,7 +101,7 @@ def parse_pack_file(text: str, *, name: str) -> PackFile:
     """The pack that `text` describes; PackFileError, naming `name` and every bad key, if none."""
     try:
         document = tomllib.loads(text)
-    except tomllib.TOMLDecodeError as e:
+    except (ValueError, RecursionError) as e:  # of numbers and lists beyond what Python reads too
         raise PackFileError(f"{name}: no TOML: {e}") from e
     try:
         file = PackFile.model_validate(document)

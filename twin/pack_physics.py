@@ -3,7 +3,6 @@
 from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import replace
 from difflib import get_close_matches
-from math import inf
 from typing import Any
 
 from twin.effects import EFFECTS, MEASURED, AnyEffect, Mechanics, SelfHeating, WeakCell
@@ -13,7 +12,7 @@ LISTABLE = EFFECTS | MEASURED
 PLACE = Parameter(name="cell", unit="1", value=0.0, lower=0.0, upper=1000.0, prior_std=1.0)
 """Of a weak cell; that the pack has so many is checked by `Pack`."""
 NOT_ALONE = {PLACE.name, "outside"}  # say where something is, and not how much of it
-LEAST_ERROR = 1e-12  # standard errors are positive
+LEAST_ERROR, MOST_ERROR = 1e-12, 1e12  # standard errors are positive
 STRAINED = ("cracking", "active_material_loss", "stress_enhanced_diffusion")
 """Effects that the elastic constants act on."""
 
@@ -67,7 +66,9 @@ def check_standard_errors(tables: Mapping[str, Any]) -> None:
     for name, table in tables.items():
         if name not in MEASURED:
             raise _unknown("standard_errors", name, MEASURED)
-        errors = [replace(p, lower=LEAST_ERROR, upper=inf) for p in MEASURED[name].parameters]
+        errors = [
+            replace(p, lower=LEAST_ERROR, upper=MOST_ERROR) for p in MEASURED[name].parameters
+        ]
         _numbers(f"standard_errors.{name}", errors, table)
 
 

@@ -1,7 +1,6 @@
 """What `twin calibrate` makes of a life: check-ups to a pack that ages so."""
 
 import json
-import os
 from collections.abc import Callable
 from dataclasses import asdict, dataclass
 from pathlib import Path
@@ -13,6 +12,7 @@ import numpy as np
 from analyze.checks import checked_pack
 from analyze.interrupt import asked_to_stop
 from analyze.names import printable
+from analyze.pack_choice import PackChoice, cell_beside
 from analyze.workbench.calibrated_files import Files
 from analyze.workbench.drawn import Ask, pack_lines, read_drawn
 from analyze.workbench.listing import print_table
@@ -26,7 +26,6 @@ from twin.calibrate.polish import MOST_STEPS
 from twin.calibrate.table import CalibrationError
 from twin.effects import Sei
 from twin.pack import Pack
-from twin.pack_file import PackFile, is_path
 from twin.whole_file import write_whole
 
 HEADER = ("parameter", "value", "90 % from", "to", "unit", "of the prior's std", "")
@@ -62,7 +61,7 @@ def run_life(life: Life) -> int:
                f"{ups.cycle[-1]} cycles of {drawn.name}\n{pack_lines(drawn.use)}")  # fmt: skip
     best, interrupted = _fitted(drawn.pack, regime, ups)
     told = told_of_life(best)
-    write_whole(life.out, _pack_text(told, choice.file, life))
+    write_whole(life.out, _pack_text(told, choice, life.out))
     write_whole(life.fit_file, _fit_text(told))
     _tell(told)
     names = ", ".join(click.format_filename(p) for p in (life.out, life.fit_file))
@@ -93,13 +92,10 @@ def _fitted(pack: Pack, regime: Regime, ups: CheckUps) -> tuple[LifeProgress, bo
     return best, False
 
 
-def _pack_text(told: AgedFit, file: PackFile, life: Life) -> str:
+def _pack_text(told: AgedFit, choice: PackChoice, out: Path) -> str:
     """The pack file with the fitted numbers, its cell as it lies from there."""
-    content = file.model_dump(exclude_none=True)
-    if is_path(file.pack.cell):
-        there = os.path.relpath(life.pack.parent / file.pack.cell, life.out.parent)
-        cell = Path(there).as_posix()
-        content["pack"]["cell"] = cell if is_path(cell) else f"./{cell}"
+    content = choice.file.model_dump(exclude_none=True)
+    content["pack"]["cell"] = cell_beside(choice.cell, out)
     for e in told.answer.estimates:
         table, _, name = e.name.partition(".")
         if table == Sei.id:

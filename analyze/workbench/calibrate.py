@@ -125,8 +125,16 @@ def run(request: Request) -> int:
 
 def _of_a_cycle(request: Request) -> str | None:
     """How the current of PROFILE.csv runs; of a log nothing is said, nor where nothing was."""
-    said = "between" in request.given and request.cycle is not None and not is_log(request.cycle)
-    return request.between if said else None
+    if "between" not in request.given or request.cycle is None:
+        return None
+    if not is_log(request.cycle):
+        return request.between
+    if not request.tests:
+        shown = click.format_filename(request.cycle)
+        raise WrongUse(
+            f"--between: {shown} is a flight log, which says itself how its current runs"
+        )
+    return None
 
 
 def _fitted_to_all(request: Request) -> int:
@@ -158,6 +166,7 @@ def _of_tests(request: Request) -> int:
     with _refusing():
         pack, use, doubts = pack_alone(choice)
         read = [_read(path, pack, request.between, use.ambient_K) for path in request.tests]
+        _refuse_copies([file for _, file in read])
         mount = "one" if request.one_mount else ""
         tests = [replace(test, mount=mount) for test, _ in read]
         problem = problem_of(pack, tests)
@@ -211,6 +220,14 @@ def _read(
         raise CalibrationError(f"{name}: no CSV: {e}") from e
     test = reference_test(table, pack, between=Between(between), ambient_K=ambient_K)
     return test, SourceFile(name=name, sha256=hashlib.sha256(content).hexdigest())
+
+
+def _refuse_copies(files: Sequence[SourceFile]) -> None:
+    """WrongUse if one test is there twice: each would be predicted by itself."""
+    first: dict[str, str] = {}
+    for file in files:
+        if (other := first.setdefault(file.sha256, file.name)) != file.name:
+            raise WrongUse(f"{file.name} is a copy of {other}: no test counts twice")
 
 
 def _earlier(request: Request) -> tuple[Mapping[str, float] | None, Journal]:

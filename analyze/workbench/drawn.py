@@ -92,8 +92,8 @@ def refusing() -> Iterator[None]:
     except (CellError, LoadError, LogError, PackError, ProtocolError) as e:
         raise WrongUse(str(e)) from e
     except OSError as e:
-        shown = click.format_filename(e.filename) if e.filename else "a file"
-        raise WrongUse(f"{shown}: cannot be read: {e.strerror or e}") from e
+        shown = f"{click.format_filename(e.filename)}: " if e.filename else ""
+        raise WrongUse(f"{shown}{e.strerror or e}") from e
 
 
 def pack_alone(choice: PackChoice) -> tuple[Pack, PackUse, tuple[str, ...]]:

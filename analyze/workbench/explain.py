@@ -3,7 +3,6 @@
 import filecmp
 import json
 import math
-import os
 from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import ExitStack, contextmanager
@@ -17,14 +16,16 @@ import numpy as np
 
 from analyze.checks import WrongUse, checked_pack, is_log, writable
 from analyze.conceal import Channel
+from analyze.interrupt import remembered
+from analyze.job import sha256_of
 from analyze.mismatching import allowed_of, remarks_of
 from analyze.names import printable
-from analyze.pack_choice import PackChoice
+from analyze.pack_choice import PackChoice, cell_beside
 from analyze.workbench.drawn import Ask, Drawn, read_drawn, refusing
 from analyze.workbench.explained import doubts_of, print_finding, print_packs, report_of
 from analyze.workbench.reveal import revealed_of
 from analyze.workbench.watch import watching
-from reports.mismatch import mismatch_page
+from reports.mismatch import Recorded, mismatch_page
 from reports.render import render
 from segment import motions_at
 from twin.calibrate.doubt import Other
@@ -95,9 +96,11 @@ def run(request: Request) -> int:
     The verdict is written before a channel that is to be revealed is opened.
     """
     concealed = _channels(request.conceal)
+    _check_free(request.out)
     choice = checked_pack(request.pack)
     files = named(request)
     drawn = {name: _drawn(path, request, choice, concealed) for name, path in files.items()}
+    recorded = tuple(Recorded(name=n, sha256=sha256_of(path)) for n, path in files.items())
     print_packs({name: d.use for name, d in drawn.items()})
     for text in doubts_of(drawn):
         click.echo(f"doubtful {text}", err=True)
@@ -105,7 +108,8 @@ def run(request: Request) -> int:
         for folder in (request.out, *([request.adopt.resolve().parent] if request.adopt else [])):
             folders.enter_context(writable(folder))
         finding = _explained(drawn, choice, len(request.sources), request.floor_mv)
-        _write_verdict(request.out, finding)
+        with refusing():
+            _write_verdict(request.out, finding)
     print_finding(finding)
     drawn = _started(drawn, finding)
     adopted = _adopted(request, choice, finding)
@@ -117,14 +121,23 @@ def run(request: Request) -> int:
             write_whole(request.out / REVEALED, _json(reveal_json(revealed)))
     finally:  # a channel that cannot be read takes nothing from the page
         kept = tuple(sorted(c.value for c in concealed))
-        report = report_of(choice, files, drawn, finding, request.adopt if adopted else None)
+        report = report_of(choice, recorded, drawn, finding, request.adopt if adopted else None)
         shown = replace(report, revealed=revealed, concealed=kept)
-        write_whole(request.out / PAGE, render(mismatch_page(shown)))
+        with refusing():
+            write_whole(request.out / PAGE, render(mismatch_page(shown)))
     for file in (FILE, PAGE, *([REVEALED] if revealed else [])):
         click.echo(f"written  {click.format_filename(request.out / file)}")
     if request.adopt and not adopted:
         raise WrongUse(f"--adopt: nothing was named, the verdict is {finding.verdict.value!r}")
     return 0
+
+
+def _check_free(out: Path) -> None:
+    """WrongUse if a folder has the name of a file of ours."""
+    for name in (FILE, PAGE, REVEALED):
+        if (out / name).is_dir():
+            shown = click.format_filename(out / name)
+            raise WrongUse(f"{shown} is a folder: move it out of the way")
 
 
 def _check_adopt(adopt: Path, pack: Path) -> None:
@@ -146,11 +159,13 @@ def _check_adopt(adopt: Path, pack: Path) -> None:
 
 
 def named(request: Request) -> Mapping[str, Path]:
-    """Name -> recording; equal file names are told apart by their folders."""
-    times = Counter(path.name for path in request.logs)
+    """Name -> recording; equal file names are told apart by their folders, or by number."""
+    plain = [printable(path.name) for path in request.logs]
+    whole = [printable(path.as_posix()) for path in request.logs]
+    names = [name if plain.count(name) == 1 else w for name, w in zip(plain, whole, strict=True)]
     return {
-        printable(path.name if times[path.name] == 1 else path.as_posix()): path
-        for path in request.logs
+        name if names.count(name) == 1 else f"{name} ({k})": path
+        for k, (name, path) in enumerate(zip(names, request.logs, strict=True), start=1)
     }
 
 
@@ -284,7 +299,7 @@ def _explained(
     first = next(iter(drawn.values()))  # the cell is that of one pack file
     allowed, untold = allowed_of(first.pack, choice)
     flights = [flight_of(d, name, allowed) for name, d in drawn.items()]
-    with _refusing(), watching(None, "models") as tell:
+    with _refusing(), watching(None, "models") as tell, remembered() as interrupted:
         looked_at = 0
 
         def progress(ids: Sequence[str]) -> None:
@@ -293,6 +308,8 @@ def _explained(
             tell(looked_at, " + ".join(ids))
 
         found = explain(flights[:fitted], flights[fitted:], slow_V=slow_V, progress=progress)
+        if interrupted():
+            raise KeyboardInterrupt
     stated = floor_mv is not None
     return found.remarked((*remarks_of(first.use, found.verdict, stated=stated), *untold))
 
@@ -323,9 +340,7 @@ def _adopted(request: Request, choice: PackChoice, finding: Finding) -> str:
     if finding.verdict is not Verdict.NAMED:
         return ""
     path = request.adopt or request.pack
-    cell = choice.cell  # stays where it is
-    beside = cell if isinstance(cell, str) else os.path.relpath(cell, path.resolve().parent)
-    text = adopted_text(finding, choice.file, cell=Path(beside).as_posix())
+    text = adopted_text(finding, choice.file, cell=cell_beside(choice.cell, path))
     if request.adopt:
         write_whole(path, ADOPTED + text)
         click.echo(f"adopted  {click.format_filename(path)}")

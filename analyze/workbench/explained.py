@@ -1,6 +1,5 @@
 """A finding in words, and the report of it."""
 
-import hashlib
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
@@ -75,8 +74,8 @@ def _values(values: Sequence[Value]) -> str:
 
 
 def report_of(
-    choice: PackChoice, files: Mapping[str, Path], drawn: Mapping[str, Drawn], finding: Finding,
-    adopted: Path | None,
+    choice: PackChoice, recorded: tuple[Recorded, ...], drawn: Mapping[str, Drawn],
+    finding: Finding, adopted: Path | None,
 ) -> MismatchReport:  # fmt: skip
     """What the page is made of but for channels concealed and revealed."""
     first = next(iter(drawn.values()))
@@ -85,10 +84,7 @@ def report_of(
         pack=choice.file.pack.name,
         layout=f"{first.use.series}S{first.use.parallel}P",
         physics=first.use.effect_ids,
-        recordings=tuple(
-            Recorded(name=name, sha256=hashlib.sha256(path.read_bytes()).hexdigest())
-            for name, path in files.items()
-        ),
+        recordings=recorded,
         adopted=adopted.name if adopted else "",
         doubts=doubts_of(drawn),
         version=version(),

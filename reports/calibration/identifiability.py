@@ -2,7 +2,6 @@
 
 import matplotlib as mpl
 import numpy as np
-import numpy.typing as npt
 from matplotlib.colors import LogNorm, Normalize
 
 from reports.calibration.drawings import Matrix, draw, labels, sheet
@@ -13,8 +12,6 @@ from reports.quantity import fixed, significant
 from reports.section import Figure, Section
 from twin.calibrate.answer import Answer, Combination
 from twin.calibrate.information import Information
-
-FloatArray = npt.NDArray[np.float64]
 
 BEST_SHOWN = 0.01  # of the prior's uncertainty: the darkest of the colours
 ALIKE = 0.5  # correlations from here on are written into their cell

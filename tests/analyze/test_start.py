@@ -6,13 +6,16 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from analyze.pack_choice import cell_of, read_pack
+from analyze.pack_choice import cell_beside, cell_of, read_pack
 from analyze.start import pack_of, pack_use, rest_voltage
 from reports.flight import PackUse
 from tests.reports import example
 from twin.at_rest import open_circuit_V
+from twin.builtin import builtin_text, load_cell
+from twin.effects import AnyEffect, InitialSoc, WeakCell
 from twin.load_csv import LoadTable
 from twin.mismatch import START_SOC
+from twin.pack import PackError
 from twin.pack_file import parse_pack_file
 
 CELL, _ = cell_of("lipo_2200")
@@ -176,6 +179,41 @@ def test_a_pack_file_that_begins_with_a_byte_order_mark_is_read(tmp_path: Path) 
         (tmp_path / f"{name}.toml").write_text(text, encoding=encoding)
     plain, marked = (read_pack(tmp_path / f"{name}.toml") for name in ("plain", "marked"))
     assert marked == plain
+
+
+def test_a_cell_is_read_again_when_its_file_is_another(tmp_path: Path) -> None:
+    (tmp_path / "pack.toml").write_text('[pack]\nname = "a"\ncell = "./c.json"\nseries = 4\n')
+    for name in ("lipo_2200", "lg_m50"):
+        (tmp_path / "c.json").write_text(builtin_text(name), encoding="utf-8")
+        choice = read_pack(tmp_path / "pack.toml")
+        assert cell_of(choice.cell)[0].name == load_cell(name).name
+        assert cell_of(choice.cell)[0] is cell_of(choice.cell)[0]
+
+
+def test_a_pack_file_in_a_folder_that_is_a_link_finds_the_cell_of_one_that_is_a_link(
+    tmp_path: Path,
+) -> None:
+    for name in ("own", "far/below"):
+        (tmp_path / name).mkdir(parents=True)
+    (tmp_path / "own" / "c.json").write_text(builtin_text("lipo_2200"), encoding="utf-8")
+    text = '[pack]\nname = "a"\ncell = "{}"\nseries = 4\n'
+    (tmp_path / "own" / "pack.toml").write_text(text.format("./c.json"), encoding="utf-8")
+    (tmp_path / "pack.toml").symlink_to("own/pack.toml")
+    (tmp_path / "out").symlink_to("far/below", target_is_directory=True)
+    choice, out = read_pack(tmp_path / "pack.toml"), tmp_path / "out" / "new.toml"
+    out.write_text(text.format(cell_beside(choice.cell, out)), encoding="utf-8")
+    assert cell_of(read_pack(out).cell)[0].name == CELL.name
+    assert cell_beside("lipo_2200", out) == "lipo_2200"
+
+
+@pytest.mark.parametrize(
+    ("effect", "said"),
+    [(InitialSoc(offset=0.6), "at 1.300: expected"), (WeakCell(soc_offset=-0.8), "weak_cell")],
+)
+def test_a_start_that_no_cell_can_have_is_refused(effect: AnyEffect, said: str) -> None:
+    use = pack_use(example.recording(), FILE, CELL, builtin=False)
+    with pytest.raises(PackError, match=said):
+        pack_of(replace(use, effects=(effect,)), CELL)
 
 
 def test_a_table_that_begins_in_flight_tells_about_how_full_the_pack_was() -> None:

@@ -93,6 +93,15 @@ def test_options_of_a_life_are_refused_where_there_is_none(tmp_path: Path, optio
     assert f"{option.partition('=')[0]}: nothing to do without --aged" in result.output
 
 
+def test_how_the_current_of_a_log_runs_is_not_asked(tmp_path: Path) -> None:
+    put_life(tmp_path)
+    log = str(Path(__file__).parents[2] / "sample_logs" / "light.ulg")
+    life = ["--aged", str(tmp_path / "life.csv"), "--cycle", log, "--between", "hold"]
+    result = call(tmp_path, *life, pack=AGED)
+    assert result.exit_code == 2
+    assert "light.ulg is a flight log" in result.output
+
+
 @pytest.mark.parametrize(
     ("arguments", "between"),
     [([], None), (["--between", "hold"], "hold"), (["--between", "linear"], "linear")],

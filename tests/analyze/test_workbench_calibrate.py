@@ -206,6 +206,16 @@ def test_options_that_cannot_be_used_are_named(tmp_path: Path) -> None:
     assert not (tmp_path / "out").exists()
 
 
+def test_a_copy_of_a_test_is_refused(tmp_path: Path) -> None:
+    """It would be predicted by itself."""
+    file, _ = put_test(tmp_path, stop=50)
+    copy = tmp_path / "again.csv"
+    copy.write_bytes(Path(file).read_bytes())
+    result = call(tmp_path, file, str(copy))
+    assert result.exit_code == 2
+    assert "again is a copy of 2C: no test counts twice" in result.output
+
+
 def test_what_is_in_the_way_is_named_before_anything_is_computed(tmp_path: Path) -> None:
     file, _ = put_test(tmp_path, stop=50)
     (tmp_path / "out").write_text("a file")

@@ -276,6 +276,26 @@ def test_all_up_to_the_next_option_is_held_out(
     )
 
 
+def test_a_folder_with_the_name_of_a_result_is_told_before_any_work(tmp_path: Path) -> None:
+    (tmp_path / "out" / "explain.html").mkdir(parents=True)
+    (tmp_path / "a.csv").touch()
+    result = call(tmp_path, tmp_path / "a.csv")
+    assert result.exit_code == 2
+    assert "explain.html is a folder: move it out of the way" in " ".join(result.output.split())
+
+
+def test_no_recording_takes_the_place_of_another(tmp_path: Path) -> None:
+    """Names that differ by bytes that cannot be printed."""
+    logs = [Path(os.fsdecode(name)) for name in (b"a\xff.csv", b"a\xfe.csv", b"b.csv")]
+    request = command.Request(
+        sources=tuple(logs), holdout=(), pack=tmp_path, out=tmp_path, adopt=None, between=None,
+        battery=None, conceal="", reveal=(),
+    )  # fmt: skip
+    assert command.named(request) == dict(
+        zip(("a?.csv (1)", "a?.csv (2)", "b.csv"), logs, strict=True)
+    )
+
+
 def test_a_folder_that_cannot_be_made_is_wrong_use(tmp_path: Path) -> None:
     (tmp_path / "out").write_text("a file", encoding="utf-8")
     result = call(tmp_path, put(tmp_path, "a.csv", 1))

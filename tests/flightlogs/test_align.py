@@ -1,6 +1,6 @@
 """Clock alignment on synthetic flights with a known answer, and everything it must refuse."""
 
-from dataclasses import replace
+from dataclasses import fields, replace
 from functools import cache
 from pathlib import Path
 
@@ -159,6 +159,17 @@ def test_too_little_is_refused() -> None:
     s = sensor_of()
     short = replace(s, time_s=s.time_s[:200], current_A=s.current_A[:200])
     assert refusal(short, log_of()) == "too_short"
+
+
+def test_a_second_battery_that_was_hardly_logged_is_no_hindrance() -> None:
+    log = log_of()
+    (own,) = log.batteries
+    some = own.time_s < own.time_s[0] + 20.0
+    channels = {f.name: getattr(own, f.name) for f in fields(own)}
+    short = {name: c[some] for name, c in channels.items() if isinstance(c, np.ndarray)}
+    beside = replace(own, instance=1, **short)
+    found = align(sensor_of(), replace(log, batteries=(own, beside)))
+    assert found.fit == align(sensor_of(), log).fit
 
 
 def test_a_sensor_that_measured_nothing_is_refused() -> None:

@@ -8,8 +8,9 @@ import numpy as np
 import pytest
 from pymavlink.DFReader import DFReader_binary
 
+from flightlogs.ardupilot import mode_name
 from flightlogs.dataflash_binary import read_binary
-from flightlogs.errors import NotALog
+from flightlogs.errors import LogDamaged, NotALog
 from flightlogs.log import Interval, Vehicle
 from sample_logs import write_dataflash as w
 from sample_logs.pack_trace import PackTrace
@@ -283,6 +284,17 @@ def test_throttle_tells_the_flight_where_no_event_does() -> None:
 def test_the_airframe_is_what_the_log_declares(line: str, parameters, vehicle: Vehicle) -> None:
     tables = [w.parameters(parameters), w.texts([BOOT_S], [line]), w.battery(PACK)]
     assert read(binary(tables)).vehicle is vehicle
+
+
+@pytest.mark.parametrize("mode", ["5²", "9" * 400, "5.0.0"])
+def test_a_mode_that_is_no_number_is_a_name(mode: str) -> None:
+    assert mode_name("ArduCopter", mode) == mode
+
+
+def test_current_rows_without_their_counter_have_no_rhythm() -> None:
+    table = w.Table(name="CURR", format="h", columns={"Volt": VOLTAGE * 100}, order_s=T)
+    with pytest.raises(LogDamaged, match="without a single data row that has a time"):
+        read(text([table]))
 
 
 def test_a_simulated_log_is_recognised() -> None:

@@ -260,7 +260,8 @@ def test_gaps_stay_gaps_and_are_counted() -> None:
 @pytest.mark.parametrize(
     "data",
     [b"", b"\n\n", b"hello\nworld\n", bytes(range(256)) * 20, b"a,b\n1,2\n2,3\n", b"time_s\n1\n2\n",
-     b"time_s,current_A\n", b"speed,height\n" + b"1.0,2.0\n" * 50],
+     b"time_s,current_A\n", b"0,1", b"#time_ms,current_A\n0,1",
+     b"speed,height\n" + b"1.0,2.0\n" * 50],
 )  # fmt: skip
 def test_what_is_no_recording_is_refused_in_words(data) -> None:
     with pytest.raises(NotALog, match=r"x\.csv: "):
@@ -276,6 +277,13 @@ def test_coarse_stamps_keep_their_first_and_last_step() -> None:
     t, coarse = spread_coarse(np.repeat([1.0, 2.0, 3.0, 4.0], [4, 10, 10, 3]))
     assert coarse
     assert np.diff(t) == pytest.approx(0.1)
+
+
+def test_coarse_stamps_beyond_whole_numbers_are_spread_too() -> None:
+    """Nanoseconds since 1970 under a header of seconds."""
+    t, coarse = spread_coarse(np.repeat(1.7e18 + np.array([0.0, 1e9, 2e9, 3e9]), 5))
+    assert coarse
+    assert np.diff(t) == pytest.approx(2e8, rel=1e-2)
 
 
 @settings(max_examples=40, deadline=None)

@@ -112,6 +112,14 @@ def test_a_seed_that_nobody_gave_is_told(tmp_path: Path, monkeypatch: pytest.Mon
     assert len(set(seen)) == 2  # from the system's randomness: equal once in 10^9
 
 
+def test_the_command_of_a_proof_names_its_recordings_as_they_were_named(tmp_path: Path) -> None:
+    request = command.Request(
+        out=tmp_path, seed=3, trials=2, recordings=Path("../of ours"), jobs=1, check=None
+    )
+    said = "twin prove --seed 3 --trials 2 --recordings '../of ours'"
+    assert command._again(request, 3) == said
+
+
 def test_names_of_a_proof_tell_nothing_and_the_order_is_drawn(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

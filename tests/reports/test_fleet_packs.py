@@ -67,6 +67,15 @@ def test_flights_of_one_pack_stand_together_and_the_weakest_comes_first() -> Non
     assert doubtful == [True, False]
 
 
+def test_a_flight_without_a_date_is_not_taken_for_the_last() -> None:
+    section = section_of(
+        flown("a", None, "one", capacity_ah=1.6), flown("b", 2, "one", capacity_ah=2.1)
+    )
+    assert column(section, "last flown") == ["2025-06-02"]
+    assert column(section, "capacity [Ah]") == ["2.100 ± 0.060"]
+    assert not section.notices
+
+
 def test_a_resistance_is_told_beside_that_of_the_first_flight() -> None:
     first = flown("a", 1, "x")
     fit = example.flight_fit()

@@ -69,6 +69,16 @@ def test_what_is_absent_stays_unknown() -> None:
         (PACK.replace("4", "4.5"), "pack.series: expected a whole number, without quotes"),
         (PACK + 'capacity_ah = "2.2"\n', "capacity_ah: expected a number, without quotes (got '2"),
         (PACK + "[start]\nsoc = true\n", "start.soc: expected a number, without quotes (got True)"),
+        (PACK + "capacity_ah = " + "9" * 5000 + "\n", "no TOML"),
+        (PACK + "x = " + "[" * 3000 + "]" * 3000, "no TOML"),
+        (
+            PACK + "[standard_errors.current_gain]\ngain = inf\n",
+            "standard_errors.current_gain.gain = inf: expected a number from",
+        ),
+        (
+            PACK + "[standard_errors.current_gain]\ngain = 1" + "0" * 400 + "\n",
+            "expected a number from",
+        ),
         (PACK + "serial = 7\n", "pack.serial: expected text in quotes (got 7)"),
         (PACK + '[twin]\nphysics = "sei"\n', "twin.physics: expected a list in brackets"),
         ("start = 1\n" + PACK, "start: expected a table (got 1)"),
@@ -197,7 +207,7 @@ WEAK = PACK + listing("weak_cell") + "[effects.weak_cell]\n"
         ),
         (
             PACK + "[standard_errors.solid_diffusion_positive]\ndiffusivity_factor = -0.1",
-            "diffusivity_factor = -0.1: expected a number from 1e-12 to inf",
+            "diffusivity_factor = -0.1: expected a number from 1e-12 to 1e+12",
         ),
     ],
 )

@@ -179,6 +179,23 @@ def test_no_voltage_at_all_is_none_and_is_told() -> None:
     assert table.current_A.tolist() == [1.0, 3.0, 3.0, 3.0]  # which zeros would have turned round
 
 
+def test_a_cell_that_drops_out_takes_the_sum_with_it_and_no_place_without_one_does() -> None:
+    table = read(
+        "time_s,current_A,cell_1_v,cell_2_v,cell_3_v\n0,0.1,4.1,4.1,0\n1,9,3.9,0,0\n2,9,3.9,3.8,0\n"
+    )
+    assert table.voltage_V == pytest.approx([8.2, np.nan, 7.7], nan_ok=True)
+    assert table.cell_voltage_V is not None
+    assert table.cell_voltage_V.shape == (3, 2)
+    assert table.current_A.tolist() == [0.1, 9.0, 9.0]
+    assert any("a voltage of 0 V" in r and r.endswith(": 1.") for r in table.remarks)
+
+
+def test_a_temperature_that_no_pack_can_have_is_none_and_counted() -> None:
+    table = read("time_s,current_A,temperature_c\n0,1,20\n1,1,-999\n2,1,21\n")
+    assert table.temperature_K == pytest.approx([293.15, np.nan, 294.15], nan_ok=True)
+    assert any("that no pack can have" in r and r.endswith(": 1.") for r in table.remarks)
+
+
 def test_the_largest_number_that_a_logger_has_is_no_measurement() -> None:
     """Of a published test: 3.4e38 A in its first row, for no answer."""
     table = read(

@@ -2,6 +2,7 @@
 
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
+from itertools import islice
 
 import numpy as np
 import numpy.typing as npt
@@ -105,12 +106,15 @@ def _start(problem: LifeProblem, level: float) -> FloatArray:
 
 
 def _too_short(problem: LifeProblem, q: FloatArray) -> str:
-    for aged in age(problem.pack_at(q), problem.regime):
+    for aged in islice(age(problem.pack_at(q), problem.regime), 1 + int(problem.ups.cycle[-1])):
         if aged.cycle.status is not Status.DONE:
             break
+    ends = f"ends in cycle {aged.cycle.number}, in the {aged.cycle.stopped_in}"
+    if aged.cycle.status is Status.DONE:  # cycle by cycle
+        ends = "cannot be foreseen over many cycles at once"
     least = problem.values(q)
     return (
-        f"the simulated life ends in cycle {aged.cycle.number}, in the {aged.cycle.stopped_in}: "
+        f"the simulated life {ends}: "
         f"{aged.cycle.status.value}; also with moduli as small as {_moduli(least)}. "
         "Check the load, its sign and the charge; calibrate the cell of the pack first"
     )

@@ -106,7 +106,7 @@ def pack_text(  # noqa: PLR0913
 def toml_text(content: Mapping[str, Any], above: str = "") -> str:
     """TOML of nested tables and lists of tables, of text, numbers, truth values and lists."""
     own = {k: v for k, v in content.items() if not isinstance(v, Mapping) and not _tables(v)}
-    lines = [f"{k} = {json.dumps(v, ensure_ascii=False)}" for k, v in own.items()]
+    lines = [f"{k} = {_toml(v)}" for k, v in own.items()]
     head = [f"[{above}]"] if above and own else []
     text = "\n".join([*head, *lines]) + ("\n\n" if own else "")
     for name, table in content.items():
@@ -116,6 +116,11 @@ def toml_text(content: Mapping[str, Any], above: str = "") -> str:
         for one in table if _tables(table) else ():
             text += toml_text(one, f"[{path}]")
     return text
+
+
+def _toml(value: Any) -> str:
+    """As in JSON, which leaves one character as it is that TOML does not."""
+    return json.dumps(value, ensure_ascii=False).replace("\x7f", "\\u007f")
 
 
 def _tables(value: Any) -> bool:

@@ -177,7 +177,7 @@ def _check_charge(test: ReferenceTest, pack: Pack) -> None:
     raise CalibrationError(
         f"{test.name}: a cell gives {drawn_C / 3600:.3g} Ah{beside}, but is labelled "
         f"{rated_C / 3600:.3g} Ah: check units and sign of the current, the unit of the time, and "
-        "capacity_Ah and parallel in the pack file"
+        "capacity_ah and parallel in the pack file"
     )
 
 

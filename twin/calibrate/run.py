@@ -38,7 +38,7 @@ from twin.calibrate.settle import (
 )
 from twin.calibrate.single_cell import labelled_C
 from twin.calibrate.table import CalibrationError
-from twin.effects import OF_CELL
+from twin.effects import OF_CELL, SeriesResistance
 from twin.pack import Pack
 
 FloatArray = npt.NDArray[np.float64]
@@ -157,6 +157,11 @@ def problem_of(
         raise CalibrationError(
             "the cells of this pack differ, stress enhances their diffusion, or an effect changes "
             "what is to be calibrated: calibrate without those effects in the pack file"
+        )
+    if any(isinstance(e, SeriesResistance) and e.outside for e in pack.effects):
+        raise CalibrationError(
+            "a series resistance outside of the cells is not calibrated: calibrate without "
+            "effects.series_resistance.outside in the pack file, and add it afterwards"
         )
     return Problem(pack, [sampled(t, labelled_C(pack)) for t in tests], only=only)
 

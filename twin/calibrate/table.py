@@ -207,6 +207,14 @@ def _values(
     return out * factor + offset
 
 
+def possible_K(kelvin: FloatArray | None) -> tuple[FloatArray | None, int]:
+    """NaN for temperatures that no pack can have, as loggers write for none; how many were."""
+    if kelvin is None:
+        return None, 0
+    strange = (kelvin < KELVIN[0]) | (kelvin > KELVIN[1])
+    return np.where(strange, np.nan, kelvin), int(strange.sum())
+
+
 def _check_temperatures(
     columns: Mapping[str, FloatArray],
     taken: Mapping[str, Place],

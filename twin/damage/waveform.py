@@ -51,11 +51,6 @@ class Waveform:
         i, after = self.current_A, np.roll(self.current_A, -1)
         return float(np.mean(i * i + i * after + after * after) / 3)
 
-    @property
-    def swing(self) -> float:
-        """Mean square over squared mean, less 1: 0 for a constant current."""
-        return self.square_A2 / self.mean_A**2 - 1
-
     def load(self, charge_C: float, ambient_K: float) -> Load:
         """Repeated until `charge_C` is drawn."""
         periods = int(np.ceil(charge_C / (self.mean_A * self.period_s)))

@@ -8,12 +8,14 @@ from typing import TextIO
 import numpy as np
 
 from twin.calibrate.table import (
+    KELVIN,
     NOT_OF_THE_PACK,
     QUANTITIES,
     CalibrationError,
     Place,
     csv_lines,
     named,
+    possible_K,
 )
 from twin.mismatch.flight import FloatArray, MismatchError
 
@@ -22,7 +24,7 @@ CELL_VOLTAGE = re.compile(r"cell")
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class HiddenTable:
-    """The columns of a file, SI; NaN where a cell of the table is empty.
+    """The columns of a file, SI; NaN where a cell of the table is empty or stands for no answer.
 
     Attributes:
         name: of the file.
@@ -62,17 +64,26 @@ def read_hidden_csv(stream: TextIO, *, name: str) -> HiddenTable:
         )
     lines = [(number, row) for number, row in rows[1:] if any(text.strip() for text in row)]
     stamps = _values(lines, time, name)
+    lines = [line for line, known in zip(lines, np.isfinite(stamps), strict=True) if known]
+    stamps = stamps[np.isfinite(stamps)]
     lines = [
         line for line, new in zip(lines, np.diff(stamps, prepend=-np.inf) != 0, strict=True) if new
     ]
     time_s = _values(lines, time, name)
     if time_s.size < 2 or not np.all(np.diff(time_s) > 0):
         raise MismatchError(f"{name}: expected two lines or more, time increasing in each")
+    temperature_K, strange = possible_K(None if warm is None else _values(lines, warm, name))
+    if temperature_K is not None and strange and not np.isfinite(temperature_K).any():
+        raise MismatchError(
+            f"{name}: no temperature that a pack can have ({KELVIN[0]:g} to {KELVIN[1]:g} K): is "
+            "it in the unit that its header says?"
+        )
+    cells_V = np.array([_values(lines, c, name) for c in cells]).reshape(-1, time_s.size)
     return HiddenTable(
         name=name,
         time_s=time_s,
-        temperature_K=None if warm is None else _values(lines, warm, name),
-        cell_voltage_V=np.array([_values(lines, c, name) for c in cells]).reshape(-1, time_s.size),
+        temperature_K=temperature_K,
+        cell_voltage_V=np.where(cells_V == 0.0, np.nan, cells_V),
     )
 
 

@@ -26,7 +26,7 @@ from twin.calibrate.run import (
 from twin.calibrate.search import Best, Stage
 from twin.calibrate.settle import MISSED_V, STRETCHES
 from twin.calibrate.table import CalibrationError
-from twin.effects import WeakCell
+from twin.effects import SeriesResistance, WeakCell
 from twin.pack import Pack
 
 FloatArray = npt.NDArray[np.float64]
@@ -219,6 +219,9 @@ def test_a_pack_of_unlike_cells_and_no_test_are_refused() -> None:
         problem_of(unlike, tests)
     with pytest.raises(CalibrationError, match="same name"):
         problem_of(pack, [*tests, *tests])
+    outside = (SeriesResistance(resistance_ohm=0.01, outside=1.0),)
+    with pytest.raises(CalibrationError, match="outside of the cells is not calibrated"):
+        problem_of(replace(pack, effects=outside), tests)
 
 
 @pytest.mark.parametrize(("by_rest", "count"), [(False, 1), (True, 0)])

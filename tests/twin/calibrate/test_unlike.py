@@ -110,7 +110,7 @@ def test_slopes_of_the_cells_are_the_limit_of_differences() -> None:
 
 def test_cells_that_differ_are_stored_in_the_pack_file() -> None:
     content = {
-        "pack": {"name": "p", "cell": "lipo_2200", "series": SERIES},
+        "pack": {"name": 'a "\x7f" of \t ours', "cell": "lipo_2200", "series": SERIES},
         "twin": {"physics": ["weak_cell"]},
         "effects": {"weak_cell": [
             {"cell": w.cell, "capacity_factor": w.capacity_factor, "soc_offset": w.soc_offset,
@@ -119,6 +119,7 @@ def test_cells_that_differ_are_stored_in_the_pack_file() -> None:
         ]},
     }  # fmt: skip
     file = parse_pack_file(toml_text(content), name="pack.toml")
+    assert file.pack.name == 'a "\x7f" of \t ours'
     read = effects_of(file)
     assert read == tuple(replace(w, resistance_ohm=-w.resistance_ohm) for w in TRUTH)
     overfull = Pack(cell=cell_pack().cell, series=SERIES, effects=read)  # cell 3 above full

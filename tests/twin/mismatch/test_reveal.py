@@ -41,10 +41,19 @@ def test_units_at_the_end_of_long_headers_and_times_that_stand_twice() -> None:
     assert table.temperature_K.tolist() == [293.15, 294.15]
 
 
+def test_what_stands_for_no_answer_is_none() -> None:
+    table = read("time_s,temperature_c,cell_1_v\n0,20,4.0\n,21,4.0\n2,-999,0\n3,22,3.9\n")
+    assert table.time_s.tolist() == [0.0, 2.0, 3.0]
+    assert table.temperature_K is not None
+    assert np.isnan(table.temperature_K).tolist() == [False, True, False]
+    assert np.isnan(table.cell_voltage_V[0]).tolist() == [False, True, False]
+
+
 @pytest.mark.parametrize(
     ("text", "said"),
     [
         ("", "expected a column for time"),
+        ("time_s,temperature_c\n0,298\n1,299\n", "is it in the unit that its header says"),
         ("time_s,voltage_V\n0,1\n1,1\n", "one for temperature"),
         ("temperature_c\n1\n", "expected a column for time"),
         ("time_s,temperature_c\n0,1\n1,x\n", "line 3: 'x' is no number"),
