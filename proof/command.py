@@ -46,6 +46,7 @@ class Request:
     recordings: Path | None
     jobs: int | None
     check: Path | None
+    anew: bool = False
 
 
 def run(request: Request) -> int:
@@ -114,9 +115,13 @@ def _trials(request: Request, seed: int) -> tuple[Trial, ...]:
     """Simulated and recorded ones together, under names that tell nothing, in random order."""
     every = list(simulated(seed, request.trials, request.out.resolve() / SOLVES))
     if request.recordings is not None:
+        from proof.recorded.shipped import put_into
         from proof.recorded.trials import recorded  # late: it needs the calibration
 
-        every += recorded(request.recordings.resolve(), request.out.resolve() / CELLS)
+        cells = request.out.resolve() / CELLS
+        if not request.anew:
+            put_into(cells)
+        every += recorded(request.recordings.resolve(), cells)
     order = np.random.default_rng([seed, 1]).permutation(len(every))
     return tuple(
         replace(every[int(k)], name=f"trial-{number:03d}")
@@ -127,7 +132,7 @@ def _trials(request: Request, seed: int) -> tuple[Trial, ...]:
 def _again(request: Request, seed: int) -> str:
     parts = ["twin", "prove", "--seed", str(seed), "--trials", str(request.trials)]
     if request.recordings is not None:
-        parts += ["--recordings", str(request.recordings)]
+        parts += ["--recordings", str(request.recordings), *(["--anew"] if request.anew else [])]
     return shlex.join(parts)
 
 

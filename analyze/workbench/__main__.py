@@ -299,6 +299,12 @@ def explain(**options: object) -> None:
     "of those that are there.",
 )
 @click.option(
+    "--anew",
+    is_flag=True,
+    help="Calibrate the base twins of real cells anew, in place of those that come with the "
+    "program: two to three hours.",
+)
+@click.option(
     "--jobs",
     type=click.IntRange(min=1),
     metavar="N",
