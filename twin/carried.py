@@ -65,9 +65,10 @@ def _carried(state: FloatArray, values: Mapping[str, float], of: Layout, to: Lay
     for name, held in LITHIUM.items():
         count = to.nodes if name == "salt" else to.layer(held).size
         nodes = out[to.slice_of(name)][:count]
-        lacks_mol = before.mol(state)[held] - now.mol(out)[held]
+        got_mol = now.mol(out)[held]
         nodes += 1.0
-        nodes += lacks_mol / (now.mol(out)[held] - before.mol(state)[held] + lacks_mol) - 1.0
+        added_mol = now.mol(out)[held] - got_mol
+        nodes += (before.mol(state)[held] - got_mol) / added_mol - 1.0
     return out
 
 
