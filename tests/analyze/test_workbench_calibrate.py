@@ -149,8 +149,9 @@ def test_tests_in_one_mount_share_how_they_cool(tmp_path: Path) -> None:
     rows = [f"{t},{0.0 if t < 10 else -4.0},{16.4 - 1e-4 * t},{25 + 0.01 * t}" for t in range(60)]
     head = "time / s,current / A,voltage / V"
     files = [str(tmp_path / f"{name}.csv") for name in "ab"]
-    for file in files:
-        Path(file).write_text("\n".join([f"{head},temperature / C", *rows]) + "\n")
+    last = [f"60,-4.0,16.39,{celsius}" for celsius in (25.6, 25.61)]  # no test is a copy of another
+    for file, end in zip(files, last, strict=True):
+        Path(file).write_text("\n".join([f"{head},temperature / C", *rows, end]) + "\n")
     told = {}
     for option in ((), ("--one-mount",)):
         result = call(tmp_path, *files, *option, "--evaluations", "0")
@@ -165,8 +166,8 @@ def test_tests_in_one_mount_share_how_they_cool(tmp_path: Path) -> None:
         (head, PACK),
         (f"{head},temperature / C", PACK.replace('"self_heating", ', "")),
     ):
-        for file in files:
-            Path(file).write_text("\n".join([text, *rows]) + "\n")
+        for file, end in zip(files, last, strict=True):
+            Path(file).write_text("\n".join([text, *rows, end]) + "\n")
         result = call(tmp_path, *files, "--one-mount", pack=pack)
         assert result.exit_code == 2
         assert "expected two tests or more with a column of temperatures" in result.output
