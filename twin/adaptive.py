@@ -9,7 +9,7 @@ Solving Ordinary Differential Equations I (Springer 1993), section II.4.
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from functools import cached_property, partial
+from functools import cached_property
 
 import numpy as np
 import numpy.typing as npt
@@ -320,24 +320,14 @@ class Stepper:
 class Steppers:
     """On the mesh that is asked for; if none is, on the usual one, or the finer of little salt."""
 
-    def __init__(
-        self,
-        pack: Pack,
-        ambient_K: float,
-        tolerance_V: float,
-        mesh: Mesh | None,
-        backend: Backend,
-    ) -> None:
-        self.usual = Stepper(pack, ambient_K, tolerance_V, mesh, backend)
-        self._make_finer = partial(
-            Stepper, pack, ambient_K, tolerance_V, fine_mesh_of(pack.cell), backend
-        )
+    def __init__(self, pack: Pack, mesh: Mesh | None, on: Callable[[Mesh | None], Stepper]) -> None:
+        self.usual, self._on, self._cell = on(mesh), on, pack.cell
         self._little_mol_m3 = little_salt_mol_m3(pack) if mesh is None else -np.inf
 
     @cached_property
     def finer(self) -> Stepper:
         """For where salt runs short."""
-        return self._make_finer()
+        return self._on(fine_mesh_of(self._cell))
 
     def of(self, state: FloatArray) -> Stepper:
         """On the mesh of `state`."""

@@ -236,9 +236,12 @@ def run(
     Raises:
         ProtocolError: a voltage to be held beyond the cut-offs of the cells.
     """
-    steppers = Steppers(
-        pack, settings.ambient_K, settings.tolerance_V, settings.mesh, settings.backend
-    )
+    ambient_K, tolerance_V = settings.ambient_K, settings.tolerance_V
+
+    def on(mesh: Mesh | None) -> Stepper:
+        return Stepper(pack, ambient_K, tolerance_V, mesh, settings.backend)
+
+    steppers = Steppers(pack, settings.mesh, on)
     usual, kinds = steppers.usual.model, steppers.usual.kinds
     start = usual.initial_state(kinds) if state is None else state
     done: list[StepResult] = []

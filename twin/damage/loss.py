@@ -80,7 +80,8 @@ class Ledger:
     ) -> None:
         assert pack.ages, "a pack without ageing loses nothing"
         self._model, kinds = pack_model(pack, mesh, backend), pack.cells()
-        self._pack, self._backend, self._layout = pack, backend, self._model.cell.layout
+        self._pack, self._mesh, self._backend = pack, mesh, backend
+        self._layout = self._model.cell.layout
         self._lithium = [Lithium(self._layout, kind.values) for kind in kinds]
         self._shares = np.array([kind.count / pack.series for kind in kinds])
         self._as_charge = FARADAY_C_mol * pack.parallel
@@ -99,8 +100,11 @@ class Ledger:
         return -self._zero.lithium_C
 
     def loss(self, state: FloatArray) -> Loss:
-        """Since the start of life; of a state on the mesh of the ledger, or on the finer one."""
-        if state.size != self._model.size:
+        """Since the start of life.
+
+        Of a state on the mesh that was asked for; if none was, on the usual or the finer one.
+        """
+        if self._mesh is None and state.size != self._model.size:
             return self._finer.loss(state)
         rows = [
             self._row(lithium, own)
