@@ -67,7 +67,7 @@ def pack_use(
     series, series_origin = _series(recording, file)
     capacity = _capacity(recording, file, cell, parallel)
     measured = recording or table
-    start = _temperature(measured.temperature_K if measured else None, file)
+    start = _temperature(measured, file)
     ambient = _ambient(file, start)
     rest = rest_voltage(recording) if recording else _first_rest(table, capacity.value)
     stated_soc = file.start.soc if file else None
@@ -155,10 +155,14 @@ def _capacity(
     return Known(value=cell.nominal_capacity_C * parallel, origin=origin, known=False)
 
 
-def _temperature(measured: FloatArray | None, file: PackFile | None) -> Known:
-    if measured is not None and np.isfinite(measured).any():
-        first = measured[np.isfinite(measured)][0]
-        return Known(value=float(first), origin="first measured temperature of the pack")
+def _temperature(measured: Recording | LoadTable | None, file: PackFile | None) -> Known:
+    """Of what was measured the median of the first REST_S: a sensor has noise."""
+    temperature_K = None if measured is None else measured.temperature_K
+    if measured is not None and temperature_K is not None and np.isfinite(temperature_K).any():
+        known = np.isfinite(temperature_K)
+        early = known & (measured.time_s <= measured.time_s[known][0] + REST_S)
+        value = _median(temperature_K[early])
+        return Known(value=value, origin="first measured temperature of the pack")
     if file and file.start.temperature_c is not None:
         return Known(value=file.start.temperature_c + ZERO_CELSIUS_K, origin="pack file")
     if file and file.environment.ambient_c is not None:

@@ -28,6 +28,17 @@ def significant(value: float | None, digits: int = 3) -> str:
     return fixed(round(value, digits - 1 - magnitude), max(0, digits - 1 - magnitude))
 
 
+def to_error(value: float, std: float, digits: int = 3) -> str:
+    """`value` to so many digits, to more where its standard error is known to two beyond them.
+
+    0 where it is nothing beside that error.
+    """
+    if not (value and math.isfinite(value) and 0.0 < std < math.inf):
+        return significant(value, digits)
+    told = math.floor(math.log10(abs(value))) - math.floor(math.log10(std)) + 2
+    return significant(value, max(digits, told)) if told > 0 else "0"
+
+
 def minutes(seconds: float) -> str:
     """A duration as `m:ss`."""
     whole = round(seconds)

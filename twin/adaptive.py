@@ -18,7 +18,7 @@ from twin.carried import carried
 from twin.cell_mesh import fine_mesh_of
 from twin.inventory import Lithium
 from twin.kernel import Backend
-from twin.limits import COLUMN, Limits
+from twin.limits import COLUMN, limits_of
 from twin.mesh import Mesh
 from twin.newton import CONVERGED_V
 from twin.pack import Pack
@@ -129,7 +129,7 @@ class Stepper:
         backend: Backend,
     ) -> None:
         self.model, self.kinds = pack_model(pack, mesh, backend), pack.cells()
-        self.limits = Limits(pack.cell.lower_cut_off_V, pack.cell.upper_cut_off_V)
+        self.limits = limits_of(pack)
         self.steps = 0
         self._p, self._tail = self.model.parameters(self.kinds), surroundings(pack, ambient_K)
         self._tolerance_V = tolerance_V

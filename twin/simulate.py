@@ -18,7 +18,7 @@ from twin.carried import carried
 from twin.effects import OF_CURRENT, ColdPack, OfCurrent, SelfHeating
 from twin.inside import inside
 from twin.kernel import CHUNK, Backend
-from twin.limits import COLUMN, Limits
+from twin.limits import COLUMN, limits_of
 from twin.load import Load
 from twin.mesh import Mesh
 from twin.pack import CellKind, Pack
@@ -107,7 +107,7 @@ class Run:
     ) -> None:
         self.pack, self.kinds, self._backend = pack, pack.cells(), backend
         self.pieces = cut_into_pieces(flowed(pack, load), pack.parallel)
-        self._limits = Limits(pack.cell.lower_cut_off_V, pack.cell.upper_cut_off_V)
+        self._limits = limits_of(pack)
         self._tail = surroundings(pack, load.ambient_K)
         self.taken: list[Taken] | None = None
         self._least_mol_m3 = little_salt_mol_m3(pack)

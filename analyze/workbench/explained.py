@@ -13,7 +13,7 @@ from reports.flight import PackUse
 from reports.mismatch import MismatchReport, Recorded, headline
 from reports.mismatch.candidates import EVIDENCE
 from reports.mismatch.summary import errors_of, mV
-from reports.quantity import fixed
+from reports.quantity import fixed, significant, to_error
 from twin.mismatch import Finding, Span, Value, Verdict
 
 SHOWN = 6
@@ -70,7 +70,9 @@ def _where(spans: Sequence[Span]) -> str:
 
 
 def _values(values: Sequence[Value]) -> str:
-    return ", ".join(f"{v.name} {v.shown:.4g} ± {v.std:.2g}" for v in values)
+    return ", ".join(
+        f"{v.name} {to_error(v.shown, v.std, 4)} ± {significant(v.std, 2)}" for v in values
+    )
 
 
 def report_of(

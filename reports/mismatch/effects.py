@@ -11,7 +11,7 @@ from reports.mismatch.report import MismatchReport
 from reports.mismatch.summary import of_effect, sizes_V
 from reports.mismatch.words import clause, name, number, percent, sentence, unit
 from reports.plots import MEASURED, panels, to_svg
-from reports.quantity import significant
+from reports.quantity import significant, to_error
 from reports.section import Figure, Row, Section
 from twin.effects import SelfHeating
 from twin.mismatch import NamedEffect, Value, Verdict
@@ -88,7 +88,7 @@ def _parameter(v: Value) -> Row:
     shown, factor = unit(v.unit)
     return Row(
         label=sentence(number(v.name))[:-1],
-        value=significant(factor * v.shown, 3),
+        value=to_error(factor * v.shown, factor * v.std),
         sd=significant(factor * v.std, 2),
         unit=shown,
     )

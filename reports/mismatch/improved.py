@@ -35,7 +35,8 @@ COLUMNS_OF_ERRORS = (
 def improved(report: MismatchReport) -> Section | None:
     """The residual with and without what was left out; None if nothing was found."""
     finding = report.finding
-    if finding.verdict in (Verdict.NONE, Verdict.UNKNOWN) or not finding.courses:
+    nothing = finding.verdict in (Verdict.NONE, Verdict.UNKNOWN) or finding.contradictory
+    if nothing or not finding.courses:
         return None
     return Section(
         id="fit",

@@ -38,7 +38,7 @@ def headline(finding: Finding) -> str:
 
 def beside(finding: Finding) -> str:
     """How much better it fits; "" where nothing was found."""
-    if not finding.effects:
+    if not finding.effects or finding.contradictory:
         return ""
     errors = finding.errors
     return (
@@ -82,6 +82,12 @@ def _named(finding: Finding) -> str:
 
 
 def _ambiguous(finding: Finding) -> str:
+    if finding.contradictory:
+        return sentence(
+            "the recordings contradict each other, no twin is right for all: "
+            f"{listed([name(e.id) for e in finding.effects])} is in some and not in others, or not "
+            "as large"
+        )
     found = [
         f"{listed([name(i) for i in (e.id, *e.equivalent)], 'or')} ({percent(e.probability)})"
         for e in finding.effects
@@ -176,7 +182,8 @@ TWINS = {
 def errors_of(finding: Finding) -> tuple[tuple[str, float], ...]:
     """Which twin, and its error on what was not fitted [V]."""
     both_V = finding.errors.held_out_before, finding.errors.held_out_after
-    return tuple(zip(TWINS[finding.verdict], both_V, strict=False))
+    twins = TWINS[Verdict.UNKNOWN if finding.contradictory else finding.verdict]
+    return tuple(zip(twins, both_V, strict=False))
 
 
 def _error(label: str, error_V: float) -> Row:

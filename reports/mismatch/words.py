@@ -183,6 +183,16 @@ def _off(what: str, by: float) -> str:
     return f"{what} reads {_percent(by)} too {_more(by, 'high', 'low')}"
 
 
+def _current_gain(v: Values) -> str:
+    """Current over size of the pack is all that a cell sees."""
+    gain = v["gain"]
+    gone = ", as if cells in parallel were gone" if gain > 1.0 else ""
+    return (
+        f"{_off('the current sensor', 1.0 / gain - 1.0)}, or the pack is {_times(1.0 / gain)} as "
+        f"large as stated{gone}: its terminals do not tell these apart"
+    )
+
+
 def _lag(v: Values) -> str:
     by = f"{significant(v['lag_s'], 2)} s " if "lag_s" in v else ""
     return f"the current sensor answers {by}late and smooths the gusts"
@@ -222,7 +232,7 @@ CLAUSES: Mapping[str, Callable[[Values], str]] = {
     "leakage": lambda v: (
         f"{significant(v['current_A'], 2)} A leak from the pack past the current sensor"
     ),
-    "current_gain": lambda v: _off("the current sensor", 1.0 / v["gain"] - 1.0),
+    "current_gain": _current_gain,
     "current_offset": lambda v: (
         f"the current sensor reads {significant(abs(v['offset_A']), 2)} A too "
         f"{_more(-v['offset_A'], 'high', 'low')}, at any load"

@@ -87,6 +87,7 @@ def test_the_pack_file_wins_over_the_log_and_every_key_of_it_counts() -> None:
 def test_a_serial_number_in_the_log_and_a_measured_temperature_win_over_the_file() -> None:
     temperature = np.full(example.T.size, 285.0)
     temperature[:5] = np.nan
+    temperature[5] = 284.0  # a sensor has noise
     recording = example.recording(serial="of the log", temperature_K=temperature)
     use = pack_use(recording, FILE, CELL, builtin=False)
     assert use.serial == "of the log"

@@ -57,7 +57,7 @@ def test_what_was_found_is_shown_with_its_size_equation_source_and_error() -> No
     size_mV = 1e3 * sizes_V(finding())["self_heating"]
     for said in (
         f"({size_mV:.1f} mV of the pack&#39;s voltage)",
-        "12.3 ± 0.60 W/(m² K)",
+        "12.30 ± 0.60 W/(m² K)",
         "Bernardi",
         "8.2 mV with it and 35.2 mV without (noise 8.0 mV)",
         "--pack better.toml",
@@ -243,8 +243,18 @@ def test_of_an_effect_with_several_parts_those_that_are_told_are_said() -> None:
 @pytest.mark.parametrize(
     ("effect", "number_", "value", "said"),
     [
-        ("current_gain", "gain", 1.25, "the current sensor reads 20 % too low"),  # I = g I_rec
-        ("current_gain", "gain", 0.8, "the current sensor reads 25 % too high"),
+        (
+            "current_gain",
+            "gain",
+            1.25,
+            "20 % too low, or the pack is 0.80 times as large as stated, as",
+        ),
+        (
+            "current_gain",
+            "gain",
+            0.8,
+            "25 % too high, or the pack is 1.2 times as large as stated: ",
+        ),
         ("voltage_gain", "gain", 1.02, "the voltage sensor reads 2.0 % too high"),  # V_rec = g V
         ("current_offset", "offset_A", 0.5, "reads 0.50 A too low"),  # I = I_rec + offset
         ("clock_shift", "shift_s", 0.2, "recorded 0.20 s late"),  # I(t) = I_rec(t + shift)

@@ -6,7 +6,15 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from reports.quantity import MISSING, ampere_hours, celsius, fixed, minutes, significant
+from reports.quantity import (
+    MISSING,
+    ampere_hours,
+    celsius,
+    fixed,
+    minutes,
+    significant,
+    to_error,
+)
 
 
 @pytest.mark.parametrize(
@@ -42,6 +50,22 @@ def test_significant_never_strays_by_more_than_it_says(value: float) -> None:
         assert text == MISSING
     else:
         assert float(text) == pytest.approx(value, rel=0.005001, abs=0)
+
+
+@pytest.mark.parametrize(
+    ("value", "std", "text"),
+    [
+        (1.0021, 0.00016, "1.00210"),
+        (0.4635, 0.0059, "0.4635"),
+        (19.0, 30.0, "19.0"),
+        (4.2e-21, 6.6e-5, "0"),
+        (-1.14, 0.0, "-1.14"),
+        (0.0, 0.1, "0"),
+        (12.0, math.nan, "12.0"),
+    ],
+)
+def test_a_value_is_told_as_far_as_its_error_is(value: float, std: float, text: str) -> None:
+    assert to_error(value, std) == text
 
 
 def test_units_are_converted_once() -> None:

@@ -14,6 +14,7 @@ from twin.mismatch.finding import Course, Errors, Finding, Span, Verdict
 from twin.mismatch.fit import Data, Fitted
 from twin.mismatch.flight import Flight, FloatArray
 from twin.mismatch.hypothesis import HYPOTHESES, Hypothesis
+from twin.mismatch.idle import steadied
 from twin.mismatch.left import never_full
 from twin.mismatch.locate import Judged, drivers, shared, spans, terms
 from twin.mismatch.noise import Whitener
@@ -53,7 +54,7 @@ def explain(  # noqa: PLR0913
         MismatchError: too little to judge.
     """
     slow_V = _stated_V(fitted) if slow_V is None else slow_V
-    fitted, held_out = ([started(f) for f in own] for own in (fitted, held_out))
+    fitted, held_out = ([started(steadied(f)) for f in own] for own in (fitted, held_out))
     data = split(fitted, held_out, slow_V=slow_V)
     stated = slow_V is not None
     most = {"most_effects": 1, "most_alone": SHORT} if short else {}
@@ -100,6 +101,7 @@ def explain(  # noqa: PLR0913
             ),
             *_not_named(found[0], decision),
             *_noisy(data),
+            *_idled((*fitted, *held_out)),
             *_begun(data),
             *_paused((*fitted, *held_out)),
             *_left_out(data),
@@ -146,6 +148,16 @@ def _noisy(data: Data) -> Iterator[str]:
         )
 
 
+def _idled(flights: Sequence[Flight]) -> Iterator[str]:
+    """Of recordings whose current is not taken as it is where little flows."""
+    if idle := [stretch for f in flights for stretch in f.idle]:
+        yield (
+            f"Where the pack idles, {sum(s.end_s - s.start_s for s in idle):.0f} s in all, the "
+            "mean of the recorded current counts: its noise there, "
+            f"{max(s.noise_A for s in idle):.2g} A, never flowed"
+        )
+
+
 def _begun(data: Data) -> Iterator[str]:
     """Of packs that had flown before."""
     every = (*data.fitted, *data.held_out)
@@ -187,7 +199,9 @@ def _left_out(data: Data) -> Iterator[str]:
 def _not_named(likeliest: Model, decision: Decision) -> Iterator[str]:
     """Why less is named than has most of the evidence."""
     own = decision.model
-    if decision.verdict is Verdict.UNKNOWN or not set(own.ids) < set(likeliest.ids):
+    contradictory = bool(decision.effects) and not own.ids
+    unknown = decision.verdict is Verdict.UNKNOWN or contradictory
+    if unknown or not set(own.ids) < set(likeliest.ids):
         return
     if likeliest.probability > LIKELY:
         left_V, before_V = (m.fitted.held_out_rms_V() for m in (likeliest, own))

@@ -212,6 +212,12 @@ class Finding:
         """Some effect was tried."""
         return any(c.ids for c in self.candidates)
 
+    @property
+    def contradictory(self) -> bool:
+        """Each recording says something else, and nothing was taken for all of them."""
+        taken = any(c.parts for c in self.courses)
+        return self.verdict is Verdict.AMBIGUOUS and bool(self.courses) and not taken
+
     def remarked(self, more: Sequence[str]) -> "Finding":
         """With further remarks."""
         return replace(self, remarks=(*self.remarks, *more))

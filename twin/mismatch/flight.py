@@ -1,6 +1,7 @@
 """A recording of a pack beside the twin that is meant to answer it."""
 
 from dataclasses import dataclass, replace
+from math import sqrt
 
 import numpy as np
 import numpy.typing as npt
@@ -26,6 +27,28 @@ class MismatchError(ValueError):
     """The recordings cannot be judged; the text says which, why and what would do."""
 
 
+@dataclass(frozen=True, slots=True)
+class Idle:
+    """A stretch of a recording in which the pack idles and its current is noise about a mean.
+
+    Attributes:
+        start_s: first of its samples.
+        end_s: last of them.
+        noise_A: of the current, standard deviation.
+        samples: how many.
+    """
+
+    start_s: float
+    end_s: float
+    noise_A: float
+    samples: int
+
+    @property
+    def mean_A(self) -> float:
+        """Of the mean, standard deviation."""
+        return self.noise_A / sqrt(self.samples)
+
+
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Flight:
     """One recording; MismatchError if its arrays do not fit.
@@ -41,6 +64,7 @@ class Flight:
         cell_voltage_V: (n, cells) likewise.
         recorded: (n,) which samples of the load were recorded; None if none were added between.
         allowed: other cells that the tests of a calibrated one allow as well.
+        idle: where the mean of the current stands for it (`idle`).
         start_std: of the state of charge at the start, standard deviation: UNTOLD where nothing
             tells it, more than START_SOC where a flat open-circuit voltage hardly does.
     """
@@ -55,6 +79,7 @@ class Flight:
     cell_voltage_V: FloatArray | None = None
     recorded: BoolArray | None = None
     allowed: tuple[Other, ...] = ()
+    idle: tuple[Idle, ...] = ()
     start_std: float = START_SOC
 
     def __post_init__(self) -> None:

@@ -131,15 +131,27 @@ class Hypothesis:
     def bounds(self, pack: Pack) -> tuple[tuple[float, float], ...]:
         """(least, most) of each of `fitted`.
 
-        No cell starts emptier than empty or above full, and none is weak by conducting better.
+        No cell starts emptier than empty or above full, and none is weak by conducting better, nor
+        by holding more than new cells scatter by.
         """
         limits = {p.name: (p.lower, p.upper) for p in self.parameters}
         for name in ("offset", "soc_offset"):
             if name in limits and self.kind in (InitialSoc, WeakCell):
                 limits[name] = (-pack.initial_soc, 1.0 - pack.initial_soc)
-        if self.kind is WeakCell and "resistance_ohm" in limits:
-            limits["resistance_ohm"] = (0.0, limits["resistance_ohm"][1])
+        if self.kind is WeakCell:
+            own = self.present(pack)
+            for name, (least, most) in WEAK.items():
+                stated = getattr(own, name, least)  # a pack's own number stays possible
+                limits[name] = (min(least, stated), max(most, stated))
         return tuple(limits[name] for name in self.fitted)
+
+
+WEAK: Mapping[str, tuple[float, float]] = {
+    "capacity_factor": (0.1, 1.05),
+    "resistance_ohm": (0.0, 0.5),
+}
+"""Of a cell that is weak, not the only strong one; new cells of a batch scatter by 1.9 % of their
+capacity (Dubarry, Vuillaume, Liaw, Int. J. Energy Res. 34, 216 (2010))."""
 
 
 def value_of(p: Parameter, coordinate: float) -> float:

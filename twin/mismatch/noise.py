@@ -188,7 +188,7 @@ def whitener(  # noqa: PLR0913
         noise: what is expected of them.
         current_A: (n,) where part of the twin's own error follows it.
         between: what flowed between them.
-        ways_V: (n, k) in which its own losses may be off all along, see `stated`.
+        ways_V: (n, k) in which it may be off all along, see `stated`, `idle`; k may be 0.
     """
     at = np.flatnonzero(judged)
     first = taken_together(time_s[at], noise.together_s)
@@ -201,7 +201,7 @@ def whitener(  # noqa: PLR0913
         _wanders(drive, dt, Wander(size_V=noise.along_V, forgets_s=noise.along_s)),
         *(_wanders(np.ones(size), dt, left) for left in (noise.left, noise.smooth) if left),
     ]
-    if ways_V is not None and size:
+    if ways_V is not None and ways_V.any() and size:
         states.append(_stays(means_from(ways_V[at], first)))
     white = noise.white_V**2 / np.diff(np.append(first, at.size))
     if between is not None and size:

@@ -9,6 +9,7 @@ import numpy as np
 from twin.mismatch.coloured import smooth_noise
 from twin.mismatch.fit import Data, Fitted
 from twin.mismatch.flight import BoolArray, Flight, FloatArray, MismatchError
+from twin.mismatch.idle import idle_ways
 from twin.mismatch.left import left_V, never_full
 from twin.mismatch.noise import Noise, Whitener, whitener
 from twin.mismatch.problem import Problem
@@ -166,10 +167,12 @@ def own_whitener(flight: Flight, noise: Noise, pack: Pack | None = None) -> Whit
     )  # fmt: skip
     if between is not None and flight.recorded is not None:
         between = between.at(flight.time_s, own.time_s)
+    ways_V = [idle_ways(pack or flight.pack, flight)]
+    if noise.losses_V:
+        ways_V.append(loss_ways(pack or flight.pack, flight, noise.losses_V))
     return whitener(
-        flight.time_s, flight.judged, noise, flight.load.current_A, between,
-        loss_ways(pack or flight.pack, flight, noise.losses_V) if noise.losses_V else None,
-    )  # fmt: skip
+        flight.time_s, flight.judged, noise, flight.load.current_A, between, np.hstack(ways_V)
+    )
 
 
 def sharpened(data: Data, best: Fitted, *, stated: bool = True) -> Data | None:

@@ -7,6 +7,7 @@ from typing import Any, cast
 import numpy as np
 import pytest
 
+from reports.mismatch.summary import errors_of, headline
 from tests.twin.mismatch.recordings import flown
 from tests.twin.mismatch.test_begun import late
 from twin.effects import CurrentGain
@@ -56,6 +57,12 @@ def test_recordings_of_two_sensors_are_ambiguous_and_each_is_told(
     assert [r.split(" with ")[0] for r in finding.remarks if " alone: " in r] == [
         "flight 1 alone: current_gain", "flight 2 alone: current_gain",
     ]  # fmt: skip
+    assert finding.contradictory
+    assert not any("is not named" in r for r in finding.remarks)
+    said = headline(finding)
+    assert said.startswith("The recordings contradict each other")
+    assert "gain of the current sensor is in some and not in others" in said
+    assert [twin for twin, _ in errors_of(finding)] == ["as configured"]
 
 
 @pytest.mark.parametrize(

@@ -26,6 +26,7 @@ from twin.effects import (
     SensorLag,
     SolidDiffusionPositive,
     VoltageGain,
+    WeakCell,
 )
 from twin.effects.clock_shift import _as_rough, _between
 from twin.effects.sensor_lag import slope_matrix
@@ -102,6 +103,15 @@ def test_ageing_only_loses(name: str) -> None:
     assert least == 0.0
     assert len(h.begins(pack())) > 1
     assert all(value >= 0.0 for (value,) in h.begins(pack()))
+
+
+def test_a_weak_cell_is_not_the_only_strong_one_unless_the_pack_says_so() -> None:
+    h = next(h for h in HYPOTHESES if h.id == "weak_cell")
+    capacity, _, ohm = h.bounds(pack())
+    assert (capacity, ohm) == ((0.1, 1.05), (0.0, 0.5))
+    strong = WeakCell(cell=2, capacity_factor=1.2, resistance_ohm=-1e-3)
+    capacity, _, ohm = h.bounds(replace(pack(), effects=(strong,)))
+    assert (capacity, ohm) == ((0.1, 1.2), (-1e-3, 0.5))
 
 
 def test_an_effect_that_a_pack_has_is_changed_not_added() -> None:
