@@ -86,7 +86,7 @@ class Unseen:
         walk_V: (n,) by what the charge is off after a second; it grows as a random walk does.
         walk_s: (n,) for how long it has walked.
         quick_V: (n,) by what surfaces answer beyond that.
-        quick_s: time over which they forget.
+        quick: how they forget that, each by its share: wanders of 1 V, rms, all together.
         paused_V: (n,) by what they answer after pauses of the logger.
         paused_s: (n,) for how long they have forgotten that, the time over which they do being 1 s.
         begun_V: (n, k) by what they answer to what flowed before the recording, in k ways that do
@@ -96,7 +96,7 @@ class Unseen:
     walk_V: FloatArray
     walk_s: FloatArray
     quick_V: FloatArray
-    quick_s: float
+    quick: tuple[Wander, ...]
     paused_V: FloatArray
     paused_s: FloatArray
     begun_V: FloatArray
@@ -210,7 +210,7 @@ def whitener(  # noqa: PLR0913
         walk_s, paused_s = (v[at][first] for v in (between.walk_s, between.paused_s))
         states += [
             _walks(walk, walk_s),
-            _wanders(quick, dt, Wander(size_V=1.0, forgets_s=between.quick_s)),
+            *(_wanders(quick, dt, share) for share in between.quick),
             _wanders(paused, np.diff(paused_s), Wander(size_V=1.0, forgets_s=1.0)),
         ]
         if between.begun_V.any():

@@ -11,6 +11,7 @@ from twin.mismatch.noise import (
     tamed,
     whitener,
 )
+from twin.mismatch.wander import Wander
 
 N = 20_000
 
@@ -78,7 +79,7 @@ def test_uneven_samples_are_freed_as_even_ones(
         walk_V=walks * random.normal(0.0, 1e-3, 70),
         walk_s=time_s - time_s[0] + rested,
         quick_V=walks * random.uniform(0.0, 20e-3, 70),
-        quick_s=3.0,
+        quick=(Wander(size_V=0.6, forgets_s=3.0), Wander(size_V=0.8, forgets_s=90.0)),
         paused_V=walks * random.uniform(0.0, 20e-3, 70),
         paused_s=time_s / 40.0 + rested,
         begun_V=walks * random.normal(0.0, 20e-3, (70, 2)),
@@ -93,7 +94,8 @@ def test_uneven_samples_are_freed_as_even_ones(
     covariance += walk[:, None] * walk * np.minimum(walk_s[:, None], walk_s)
     paused = between.paused_V[judged]
     covariance += paused[:, None] * paused * np.exp(-np.abs(paused_s[:, None] - paused_s))
-    covariance += quick[:, None] * quick * np.exp(-apart_s / between.quick_s)
+    follows = sum(w.size_V**2 * np.exp(-apart_s / w.forgets_s) for w in between.quick)
+    covariance += quick[:, None] * quick * follows
     covariance += between.begun_V[judged] @ between.begun_V[judged].T
     covariance += noise.white_V**2 * np.eye(t.size)
     root = np.zeros((70, t.size))

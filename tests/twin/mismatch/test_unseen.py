@@ -8,11 +8,13 @@ from scipy.signal import lfilter
 
 from tests.reference.loads import flight
 from tests.twin.mismatch.recordings import pack
+from twin.builtin import load_cell
 from twin.load import Between, Load
 from twin.mismatch import Flight
 from twin.mismatch.noise import Noise, whitener
 from twin.mismatch.split import as_seen, own_whitener
-from twin.mismatch.unseen import unseen, walk_C
+from twin.mismatch.unseen import forgotten, unseen, walk_C
+from twin.pack import Pack
 from twin.simulate import simulate
 
 FINE_S = 0.01
@@ -96,6 +98,38 @@ def test_thinned_currents_miss_the_end_of_a_discharge_by_what_is_said() -> None:
     assert max(small_V) < 5e-3
     assert np.mean(before) > 100.0
     assert 0.3 < np.mean(ends) < 3.0
+
+
+def test_what_is_forgotten_at_two_rates_is_told_as_that() -> None:
+    """Nine tenths within 2 samples, a tenth of the size of the rest within 32."""
+    random, n = np.random.default_rng(3), 4000
+    truth = {2.0: 0.4, 32.0: 0.6}
+    answers = np.zeros((8, n))
+    for samples, share in truth.items():
+        kept = np.exp(-1.0 / samples)
+        driven = random.normal(0.0, np.sqrt(share * (1.0 - kept**2)), (8, n + 500))
+        answers += lfilter([1.0], [1.0, -kept], driven)[:, 500:]
+    found = {w.forgets_s / 0.5: w.size_V**2 for w in forgotten(answers, 0.5)}
+    assert sum(found.values()) == pytest.approx(1.0, abs=0.03)
+    for samples, share in truth.items():
+        assert found[samples] == pytest.approx(share, abs=0.1)
+
+
+def test_the_slow_answer_of_diffusion_to_gusts_seen_every_second_is_expected() -> None:
+    """Of an LG M50, squares of means over 40 s; forgotten at one rate, 5.3 of what is expected."""
+    lg_m50, squares = Pack(cell=load_cell("lg_m50")), []
+    for seed in range(6):
+        whole = flight(5.0, mean=1.0, peak=2.0, duration_s=900.0, seed=seed)
+        true = simulate(lg_m50, Load(time_s=whole.time_s, current_A=whole.current_A)).require()
+        seen = Load(time_s=whole.time_s[::10], current_A=whole.current_A[::10])
+        off_V = true.voltage_V[::10] - simulate(lg_m50, seen).voltage_V
+        freed = whitener(
+            seen.time_s, np.ones(off_V.size, dtype=bool),
+            Noise(white_V=2e-4, slow_V=0.0, slow_s=1.0), between=unseen(lg_m50, seen),
+        )(off_V[:, None])[:, 0]  # fmt: skip
+        blocks = freed[: freed.size // 40 * 40].reshape(-1, 40)
+        squares.append(40.0 * np.mean(blocks.mean(axis=1) ** 2))
+    assert np.mean(squares) < 4.0
 
 
 def test_what_follows_a_pause_of_the_logger_is_off_by_what_is_said() -> None:
