@@ -10,6 +10,7 @@ Values = Mapping[str, float]
 
 ALMOST = 0.99
 TOLD = 2.0  # standard deviations from nothing
+GONE = 1.1  # times the current of each cell: one of ten in parallel less
 
 
 def name(effect: str) -> str:
@@ -186,7 +187,7 @@ def _off(what: str, by: float) -> str:
 def _current_gain(v: Values) -> str:
     """Current over size of the pack is all that a cell sees."""
     gain = v["gain"]
-    gone = ", as if cells in parallel were gone" if gain > 1.0 else ""
+    gone = ", as if cells in parallel were gone" if gain > GONE else ""
     return (
         f"{_off('the current sensor', 1.0 / gain - 1.0)}, or the pack is {_times(1.0 / gain)} as "
         f"large as stated{gone}: its terminals do not tell these apart"
