@@ -169,10 +169,14 @@ def test_charging_a_full_cell_ends_at_the_upper_cut_off(m50: Cell) -> None:
     assert solution.voltage_V[-1] <= m50.upper_cut_off_V + 5.1e-3
 
 
-def test_a_full_pack_at_rest_under_sensor_noise_is_not_being_overcharged() -> None:
-    noise_A = np.random.default_rng(1).normal(0.0, 0.1, 600)
-    load = Load(time_s=np.arange(600) / 10, current_A=noise_A - noise_A.mean())
-    assert simulate(Pack(cell=load_cell("lipo_2200")), load).status is Status.DONE
+@pytest.mark.parametrize(("size_A", "at_K"), [(0.1, 298.15), (0.12, 283.15)])
+def test_a_full_pack_at_rest_under_sensor_noise_is_not_being_overcharged(
+    size_A: float, at_K: float
+) -> None:
+    noise_A = np.random.default_rng(1).normal(0.0, size_A, 600)
+    load = Load(time_s=np.arange(600) / 10, current_A=noise_A - noise_A.mean(), ambient_K=at_K)
+    full = Pack(cell=load_cell("lipo_2200"), initial_K=at_K)
+    assert simulate(full, load).status is Status.DONE
 
 
 @pytest.mark.parametrize("current_A", [200.0, 2000.0, -500.0])
