@@ -10,6 +10,7 @@ from twin.mismatch.allowed import open_V
 from twin.mismatch.choose import ALIKE, Model, models, scale_of
 from twin.mismatch.contradict import contradiction
 from twin.mismatch.decide import LIKELY, NUMERICS_V, Decision, candidates, decide
+from twin.mismatch.drift import beside_drift
 from twin.mismatch.finding import Course, Errors, Finding, Span, Verdict
 from twin.mismatch.fit import Data, Fitted
 from twin.mismatch.flight import Flight, FloatArray
@@ -69,6 +70,7 @@ def explain(  # noqa: PLR0913
         decide(found, scale, data.noise_V, stated_V=slow_V or 0.0), (*fitted, *held_out),
         hypotheses, slow_V=slow_V, progress=progress,
     )  # fmt: skip
+    decision, drifts = beside_drift(decision, data, found, scale)
     best = decision.model.fitted
     start = np.zeros(null.fitted.problem.size)
     answers = _answers(null.fitted)
@@ -92,6 +94,7 @@ def explain(  # noqa: PLR0913
         starts=starts_of(best),
         remarks=(
             *remarks,
+            *drifts,
             *_untold(best),
             *_stated(slow_V),
             *(

@@ -1,7 +1,7 @@
 """What is fitted and what is judged: whole recordings if there are several, else blocks of one."""
 
-from collections.abc import Sequence
-from dataclasses import replace
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
 from math import sqrt
 
 import numpy as np
@@ -17,7 +17,15 @@ from twin.mismatch.quiet import answers_ohm, quieted
 from twin.mismatch.stated import loss_ways
 from twin.mismatch.unseen import SOC_IN_FLIGHT, unseen
 from twin.mismatch.wander import Wander
-from twin.mismatch.white import LEAST_V, SURE, current_noise, step_V, white_V, with_steps_V
+from twin.mismatch.white import (
+    LEAST_V,
+    SURE,
+    agreed_V,
+    current_noise,
+    step_V,
+    white_V,
+    with_steps_V,
+)
 from twin.pack import Pack
 from twin.simulate import simulate
 
@@ -101,14 +109,24 @@ def check(flight: Flight) -> None:
 
 
 def _all_seen(flights: Sequence[Flight], slow_V: float | None) -> Sequence[tuple[Flight, Noise]]:
-    """Recordings of one pack, `as_seen`; where one has noise in its current, others likely too."""
+    """Recordings of one pack, `as_seen`; where one has noise in its current, others likely too.
+
+    That of their voltage is one, if they agree.
+    """
     seen = [as_seen(f, slow_V) for f in flights]
-    if not any(noise.current_A for _, noise in seen):
-        return seen
-    return [
-        own if own[1].current_A else as_seen(f, slow_V, sure=ALSO_SURE)
-        for f, own in zip(flights, seen, strict=True)
-    ]
+    if any(noise.current_A for _, noise in seen):
+        seen = [
+            own if own[1].current_A else as_seen(f, slow_V, sure=ALSO_SURE)
+            for f, own in zip(flights, seen, strict=True)
+        ]
+    return _agreed(seen)
+
+
+def _agreed(seen: Sequence[tuple[Flight, Noise]]) -> list[tuple[Flight, Noise]]:
+    whites_V = agreed_V(
+        [noise.white_V for _, noise in seen], [int(f.judged.sum()) for f, _ in seen]
+    )
+    return [(f, replace(n, white_V=own)) for (f, n), own in zip(seen, whites_V, strict=True)]
 
 
 def as_seen(flight: Flight, slow_V: float | None, *, sure: float = SURE) -> tuple[Flight, Noise]:
@@ -185,25 +203,30 @@ def sharpened(data: Data, best: Fitted, *, stated: bool = True) -> Data | None:
     that stand alone.
     """
 
-    def of(
-        problem: Problem, q: FloatArray, own: Recorded, sure: float
-    ) -> tuple[Recorded, int, int]:
-        parts, beyond, alone = [], 0, 0
+    def of(problem: Problem, q: FloatArray, own: Recorded, sure: float) -> Iterator[_Left]:
         for k, (flight, w) in enumerate(own):
             left = problem.residual_V(q, k)
             none = np.zeros_like(flight.judged)
             empty = none if stated else _few(problem.beyond(q, k), flight)
             far = none if stated else _few(_standing_alone(w, left) & ~empty, flight)
             kept = replace(flight, judged=flight.judged & ~(empty | far))
-            parts.append(_by_what_is_left(kept, w.noise, problem.pack(q, k), left, sure))
-            beyond, alone = beyond + int(empty.sum()), alone + int(far.sum())
-        return tuple(parts), beyond, alone
+            told = _by_what_is_left(kept, w.noise, problem.pack(q, k), left, sure)
+            yield replace(told, beyond=int(empty.sum()), alone=int(far.sum()))
 
     def all_of(sure: float) -> Data:
-        fitted, *out = of(best.problem, best.q, data.fitted, sure)
-        ahead, *too = of(best.judge, best.ahead_q, data.held_out, sure)
-        near = best.problem.values(best.q)
-        return Data(fitted, ahead, out[0] + too[0], out[1] + too[1], near)
+        left = [
+            *of(best.problem, best.q, data.fitted, sure),
+            *of(best.judge, best.ahead_q, data.held_out, sure),
+        ]
+        agreed = _agreed([(own.flight, own.noise) for own in left])
+        seen = [own.whitened(noise) for own, (_, noise) in zip(left, agreed, strict=True)]
+        return Data(
+            fitted=tuple(seen[: len(data.fitted)]),
+            held_out=tuple(seen[len(data.fitted) :]),
+            beyond=sum(own.beyond for own in left),
+            alone=sum(own.alone for own in left),
+            near=best.problem.values(best.q),
+        )
 
     finer = all_of(ALSO_SURE if _noisy(data) else SURE)
     if _noisy(finer) and not _noisy(data):
@@ -241,9 +264,26 @@ def _standing_alone(whiten: Whitener, residual_V: FloatArray) -> BoolArray:
     return out
 
 
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class _Left:
+    """A recording, its noise, and the twin that left `residual_V` (n,) of it."""
+
+    flight: Flight
+    noise: Noise
+    pack: Pack
+    residual_V: FloatArray
+    beyond: int = 0
+    alone: int = 0
+
+    def whitened(self, noise: Noise) -> tuple[Flight, Whitener]:
+        """With this noise, and its colour."""
+        coloured = _coloured(self.flight, noise, self.residual_V)
+        return self.flight, own_whitener(self.flight, coloured, self.pack)
+
+
 def _by_what_is_left(
     flight: Flight, noise: Noise, pack: Pack, residual_V: FloatArray, sure: float
-) -> tuple[Flight, Whitener]:
+) -> _Left:
     """With its noise as told by what the twin `pack` leaves, if that is less."""
     flight, own = _quieted(flight, noise, pack, residual_V, sure)
     if own is not noise:
@@ -253,7 +293,7 @@ def _by_what_is_left(
     white = _white_V(flight, own, residual_V)
     if white is not None:
         own = replace(own, white_V=min(white, noise.white_V))
-    return flight, own_whitener(flight, _coloured(flight, own, residual_V), pack)
+    return _Left(flight=flight, noise=own, pack=pack, residual_V=residual_V)
 
 
 def _coloured(flight: Flight, noise: Noise, residual_V: FloatArray) -> Noise:

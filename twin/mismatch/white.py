@@ -1,10 +1,12 @@
 """White noise of a recording, by third differences: what is smooth cancels in them."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from math import hypot, sqrt
 
 import numpy as np
 import numpy.typing as npt
+from scipy.stats import chi2
 
 from twin.mismatch.wander import Wander
 
@@ -30,6 +32,10 @@ BESIDE = 0.6  # of the squares of changes, what is not of rounding where a volta
 LEAST_FOLLOWING = 200  # third differences by which noise of the current is told
 SLOWLY = 4  # samples: what is taken together, and of that the changes, is slow
 NOT_MORE = 4.0  # of what chance makes of one number: two deviations
+TOLD = 3.2
+"""Relative deviation of a variance by `white_V`, times the root of the number of samples: 2.9 to
+3.3 of noise beside the currents of three simulated flights, 300 times each."""
+APART = 0.01  # probability below which recordings whose noise is one differ as much
 
 
 def white_V(
@@ -56,6 +62,25 @@ def white_V(
             other_V2 = _third_V2(left, size * period_s) if left else 0.0
             squares_V2.append(size * (spread_V**2 - other_V2))
     return sqrt(max(*squares_V2, LEAST_V**2)) if squares_V2 else None
+
+
+def agreed_V(white_V: Sequence[float], samples: Sequence[int]) -> list[float]:
+    """White noise of recordings by one sensor [V]: that of all, each its own if they are APART.
+
+    Of 500 samples it is told to 7 %, by chance less in what is held out than in what is fitted: a
+    control of three flights, 12.5, 11.2 and 9.7 mV told of 10.8, had more than noise left in the
+    last.
+
+    Args:
+        white_V: of each recording.
+        samples: by which it is told.
+    """
+    variances, counts = np.square(white_V), np.array(samples, dtype=np.float64)
+    logs = np.log(variances)
+    off = logs - np.average(logs, weights=counts)
+    if chi2.sf(float(counts @ off**2) / TOLD**2, counts.size - 1) < APART:
+        return list(white_V)
+    return [sqrt(float(np.average(variances, weights=counts)))] * counts.size
 
 
 def _third_V2(left: Wander, period_s: float) -> float:

@@ -45,6 +45,17 @@ def test_a_resistance_within_the_error_of_numerics_is_no_evidence(share: float) 
     assert np.sum(whiten(drop_V[:, None]) ** 2) <= share**2
 
 
+@pytest.mark.parametrize(("last_V", "noises"), [(8e-3, 1), (16e-3, 3)])
+def test_recordings_of_one_pack_have_the_noise_of_its_sensor(last_V: float, noises: int) -> None:
+    """By chance less in what is held out, what is left of noise there would be more than noise."""
+    sizes_V = (8e-3, 8e-3, last_V)
+    first, second, last = (flown(seed=k, noise_V=own) for k, own in enumerate(sizes_V))
+    data = split([first, second], [last])
+    whites_V = [w.noise.white_V for _, w in (*data.fitted, *data.held_out)]
+    assert whites_V == pytest.approx(sizes_V, rel=0.25)
+    assert len(set(whites_V)) == noises
+
+
 def test_a_twin_that_is_empty_at_once_leaves_the_noise_that_is_there() -> None:
     flight = flown(seed=1)
     weak = SeriesResistance(resistance_ohm=2.0)

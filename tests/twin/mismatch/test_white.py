@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from twin.mismatch.white import current_noise, step_V, white_V, with_steps_V
+from twin.mismatch.white import agreed_V, current_noise, step_V, white_V, with_steps_V
 
 N = 20_000
 OHM = 0.08
@@ -108,3 +108,24 @@ def test_of_few_samples_no_noise_of_a_current_is_told(random: np.random.Generato
     few = hover_A(random, gusts_A=0.0)[:150]
     assert told_A(random, few, noise_A=0.1) == 0.0
     assert size_A(np.zeros(3), np.zeros(3), np.zeros(3)) == 0.0
+
+
+def test_recordings_by_one_sensor_have_its_noise() -> None:
+    """Each of 500 samples tells it to 7 %, all together to 2 %."""
+    told, single = [], []
+    for seed in range(10):
+        random = np.random.default_rng(seed)
+        own = [white_V(random.normal(0.0, 8e-3, 500), np.zeros(500), 0.5) for _ in range(6)]
+        whites = [w for w in own if w is not None]
+        agreed = agreed_V(whites, [500] * 6)
+        assert len(set(agreed)) == 1
+        told.append(agreed[0])
+        single += whites
+    assert np.std(told) < 0.5 * np.std(single)
+
+
+def test_a_recording_that_is_twice_as_noisy_keeps_its_own() -> None:
+    assert agreed_V([8e-3, 8.2e-3, 16e-3], [500] * 3) == [8e-3, 8.2e-3, 16e-3]
+    one, other = agreed_V([8e-3, 8.2e-3], [500] * 2)
+    assert one == other == pytest.approx(8.1e-3, rel=1e-3)
+    assert agreed_V([8e-3], [500]) == [8e-3]
