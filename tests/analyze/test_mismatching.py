@@ -55,12 +55,6 @@ def recording_of(flight: Flight, *codes: str) -> Recording:
     )
 
 
-def beside_idling(finding: Finding) -> list[str]:
-    """Remarks but the one that these flights begin on the ground."""
-    assert sum("Where the pack idles, 4 s" in r for r in finding.remarks) == 1
-    return [r for r in finding.remarks if "idles" not in r]
-
-
 def test_with_a_pack_file_a_cause_is_named(monkeypatch: pytest.MonkeyPatch) -> None:
     few = tuple(h for h in quick(pack()) if h.id in ("series_resistance", "voltage_gain"))
     monkeypatch.setattr(mismatching, "quick", lambda _: few)
@@ -68,14 +62,14 @@ def test_with_a_pack_file_a_cause_is_named(monkeypatch: pytest.MonkeyPatch) -> N
     finding = found(CALIBRATED, flight)
     assert isinstance(finding, Finding)
     assert [e.id for e in finding.effects] == ["series_resistance"]
-    (remark,) = beside_idling(finding)
+    (remark,) = finding.remarks
     assert remark.startswith("Nobody states by how much this twin errs")
     told = found(replace(CALIBRATED, cell_error_V=1e-4), flight)
-    assert beside_idling(told) == []
-    (remark,) = beside_idling(found(example.pack(), flight))
+    assert told.remarks == ()
+    (remark,) = found(example.pack(), flight).remarks
     assert "difference between that cell and the pack's own" in remark
     right = found(example.pack(), flown(seed=1, seconds=60.0))
-    assert beside_idling(right) == []  # nothing is missing
+    assert right.remarks == ()  # nothing is missing
 
 
 @pytest.mark.parametrize("use", [NO_FILE, FITTED], ids=["not fitted", "fitted"])

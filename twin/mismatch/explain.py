@@ -15,7 +15,7 @@ from twin.mismatch.finding import Course, Errors, Finding, Span, Verdict
 from twin.mismatch.fit import Data, Fitted
 from twin.mismatch.flight import Flight, FloatArray
 from twin.mismatch.hypothesis import HYPOTHESES, Hypothesis
-from twin.mismatch.idle import steadied
+from twin.mismatch.idle import spared_V, steadied
 from twin.mismatch.left import never_full
 from twin.mismatch.locate import Judged, drivers, shared, spans, terms
 from twin.mismatch.noise import Whitener
@@ -55,6 +55,7 @@ def explain(  # noqa: PLR0913
         MismatchError: too little to judge.
     """
     slow_V = _stated_V(fitted) if slow_V is None else slow_V
+    given = (*fitted, *held_out)
     fitted, held_out = ([started(steadied(f)) for f in own] for own in (fitted, held_out))
     data = split(fitted, held_out, slow_V=slow_V)
     stated = slow_V is not None
@@ -104,7 +105,7 @@ def explain(  # noqa: PLR0913
             ),
             *_not_named(found[0], decision),
             *_noisy(data),
-            *_idled((*fitted, *held_out)),
+            *_idled(given, (*fitted, *held_out), data.noise_V),
             *_begun(data),
             *_paused((*fitted, *held_out)),
             *_left_out(data),
@@ -151,9 +152,10 @@ def _noisy(data: Data) -> Iterator[str]:
         )
 
 
-def _idled(flights: Sequence[Flight]) -> Iterator[str]:
-    """Of recordings whose current is not taken as it is where little flows."""
-    if idle := [stretch for f in flights for stretch in f.idle]:
+def _idled(given: Sequence[Flight], taken: Sequence[Flight], noise_V: float) -> Iterator[str]:
+    """Of recordings whose current is not taken as it is where little flows, if that shows."""
+    both = [(before, f) for before, f in zip(given, taken, strict=True) if f.idle]
+    if idle := [s for before, f in both if spared_V(before, f) > noise_V for s in f.idle]:
         yield (
             f"Where the pack idles, {sum(s.end_s - s.start_s for s in idle):.0f} s in all, the "
             "mean of the recorded current counts: its noise there, "

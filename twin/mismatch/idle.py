@@ -73,3 +73,18 @@ def idle_ways(pack: Pack, flight: Flight) -> FloatArray:
     ways_V = change_V[:, None] * np.column_stack(within)
     most = np.argsort(np.linalg.norm(ways_V[flight.judged], axis=0))[-MOST_WAYS:]
     return np.asarray(ways_V[:, np.sort(most)])
+
+
+def spared_V(recorded: Flight, steady: Flight) -> float:
+    """What the twin would have answered to that noise, rms over the samples there that count.
+
+    Args:
+        recorded: the flight before `steadied`.
+        steady: after.
+    """
+    at = steady.judged & (recorded.load.current_A != steady.load.current_A)
+    wide = beyond_cut_offs(steady.pack)
+    one, other = (s.voltage_V for s in simulate_all([(wide, f.load) for f in (recorded, steady)]))
+    n = min(one.size, other.size)
+    answered_V = (one[:n] - other[:n])[at[:n]]
+    return float(np.sqrt(np.mean(answered_V**2))) if answered_V.size else 0.0
