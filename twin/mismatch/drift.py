@@ -37,14 +37,12 @@ class Drift:
     """A wander of the voltage, and how probable it is.
 
     Attributes:
-        size_V: the likeliest, rms.
-        forgets_s: likewise.
+        moves_V: by how much the likeliest goes up and down within one recording, at most.
         log_evidence: as that of a `Model`, by all sizes and times.
         all_said: with it only noise is left.
     """
 
-    size_V: float
-    forgets_s: float
+    moves_V: float
     log_evidence: float
     all_said: bool
 
@@ -57,11 +55,13 @@ class _Rows:
         residuals: (m,) with the start as configured.
         start: (m,) by one deviation of it.
         ways: (m, k) of 1 V each, of every time in FORGETS_S.
+        courses_V: (n, k) the same as they are, not whitened.
     """
 
     residuals: FloatArray
     start: FloatArray
     ways: Sequence[FloatArray]
+    courses_V: Sequence[FloatArray]
 
     def log_evidence(self, k: int, size_V: float, scale: float) -> float:
         """All amounts integrated out: exact, the twin being linear about its start."""
@@ -70,10 +70,12 @@ class _Rows:
         size -= float(pulled @ np.linalg.solve(information, pulled))
         return -0.5 * (size + float(np.linalg.slogdet(information)[1]))
 
-    def left(self, k: int, size_V: float, scale: float) -> FloatArray:
-        """(m,) with all amounts at their likeliest."""
+    def likeliest(self, k: int, size_V: float, scale: float) -> tuple[FloatArray, float]:
+        """(m,) what is left with all amounts at their likeliest, and how far the drift goes [V]."""
         columns, information, pulled = self._normal(k, size_V, scale)
-        return np.asarray(self.residuals - columns @ np.linalg.solve(information, pulled))
+        amounts = np.linalg.solve(information, pulled)
+        moves_V = float(np.ptp(self.courses_V[k] @ amounts[1:])) * size_V
+        return self.residuals - columns @ amounts, moves_V
 
     def _normal(self, k: int, size_V: float, scale: float) -> tuple[FloatArray, ...]:
         columns = np.column_stack([self.start, size_V * self.ways[k]])
@@ -104,10 +106,9 @@ def beside_drift(
     if not likely or not (named or drift.all_said):
         return decision, ()
     remark = (
-        f"A voltage that drifts slowly, by {1e3 * drift.size_V:.2g} mV rms over some "
-        f"{drift.forgets_s:.0f} s and in each recording in its own way, is more probable than "
-        f"{' + '.join(best.ids) or 'no effect'}: a sensor that warms, or something slow of the "
-        "cells that has no name here"
+        f"A voltage that drifts slowly, by {1e3 * drift.moves_V:.2g} mV within a recording, is "
+        f"more probable than {' + '.join(best.ids) or 'that nothing is left out'}: a sensor that "
+        "warms, or something slow of the cells that has no name here"
     )
     unknown = Decision(verdict=Verdict.UNKNOWN, model=null, effects=())
     return unknown if named else decision, (remark,)
@@ -120,10 +121,10 @@ def drift_in(data: Data, null: Fitted, scale: float) -> Drift:
     points = [(k, share * usual_V) for k in range(len(FORGETS_S)) for share in SHARES]
     logs = np.array([sum(own.log_evidence(*at, scale) for own in rows) for at in points])
     k, size_V = points[int(logs.argmax())]
-    left = np.concatenate([own.left(k, size_V, scale) for own in rows])
+    parts, moves_V = zip(*(own.likeliest(k, size_V, scale) for own in rows), strict=True)
+    left = np.concatenate(parts)
     return Drift(
-        size_V=size_V,
-        forgets_s=FORGETS_S[k],
+        moves_V=max(moves_V),
         log_evidence=float(logsumexp(logs)) - log(logs.size) + log(PRIOR),
         all_said=excess_of(left) < most_of_noise(left.size),
     )
@@ -141,15 +142,17 @@ def _rows(data: Data, null: Fitted) -> Iterator[_Rows]:
             at = slice(ends[k - 1] if k else 0, ends[k])
             start = there.slopes[at, k]
             more = start.size - whiten.samples.size  # of channels, in which nothing drifts
-            ways = [np.pad(whiten(w), ((0, more), (0, 0))) for w in _ways(flight.time_s)]
+            courses_V = list(_ways(flight.time_s))
+            ways = [np.pad(whiten(w), ((0, more), (0, 0))) for w in courses_V]
             parts.setdefault(flight.name, []).append(
-                _Rows(there.residuals[at] - start * q[k], start, ways)
+                _Rows(there.residuals[at] - start * q[k], start, ways, courses_V)
             )
     for own_parts in parts.values():
         yield _Rows(
             np.concatenate([p.residuals for p in own_parts]),
             np.concatenate([p.start for p in own_parts]),
             [np.vstack(w) for w in zip(*(p.ways for p in own_parts), strict=True)],
+            own_parts[0].courses_V,
         )
 
 

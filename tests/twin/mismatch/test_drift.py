@@ -76,7 +76,12 @@ def test_a_drift_that_is_alike_in_all_flights_has_no_name(end_V: float) -> None:
     """Effects that shape themselves to it predict what was held out."""
     finding = explain([drifting(1, end_V), drifting(2, end_V)], [drifting(3, end_V)])
     assert finding.verdict is Verdict.UNKNOWN
-    assert any("A voltage that drifts slowly" in remark for remark in finding.remarks)
+    (by_mV,) = (
+        float(said.removeprefix("A voltage that drifts slowly, by ").partition(" ")[0])
+        for said in finding.remarks
+        if said.startswith("A voltage that drifts slowly")
+    )
+    assert by_mV == pytest.approx(1e3 * abs(end_V), rel=0.2)
 
 
 def test_hysteresis_is_no_drift() -> None:
