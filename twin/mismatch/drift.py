@@ -115,7 +115,10 @@ def beside_drift(
 
 
 def drift_in(data: Data, null: Fitted, scale: float) -> Drift:
-    """The likeliest in what a twin leaves that has nothing but its starts fitted, `null`."""
+    """The likeliest in what a twin leaves that has nothing but its starts fitted, `null`.
+
+    Variances are `scale` times what was expected.
+    """
     rows = list(_rows(data, null))
     usual_V = float(np.mean([np.nanmean(f.voltage_V) for f, _ in data.fitted]))
     points = [(k, share * usual_V) for k in range(len(FORGETS_S)) for share in SHARES]

@@ -123,6 +123,7 @@ def _all_seen(flights: Sequence[Flight], slow_V: float | None) -> Sequence[tuple
 
 
 def _agreed(seen: Sequence[tuple[Flight, Noise]]) -> list[tuple[Flight, Noise]]:
+    """With the white noise that they have together, see `agreed_V`."""
     whites_V = agreed_V(
         [noise.white_V for _, noise in seen], [int(f.judged.sum()) for f, _ in seen]
     )
@@ -266,7 +267,13 @@ def _standing_alone(whiten: Whitener, residual_V: FloatArray) -> BoolArray:
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class _Left:
-    """A recording, its noise, and the twin that left `residual_V` (n,) of it."""
+    """A recording, its noise, and the twin `pack` that left so much of it.
+
+    Attributes:
+        residual_V: (n,) recorded minus simulated.
+        beyond: samples that do not count, since a cell is beyond its cut-off there,
+        alone: and since they stand alone.
+    """
 
     flight: Flight
     noise: Noise
