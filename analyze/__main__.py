@@ -12,7 +12,11 @@ AnyFile = click.Path(exists=True, dir_okay=False, path_type=Path)
 
 @click.command(context_settings={"help_option_names": ["-h", "--help"]})
 @click.argument("paths", metavar="PATH...", nargs=-1, required=True, type=AnyPath)
-@click.option("--pack", type=AnyFile, help="The battery, as pack.toml describes it.")
+@click.option(
+    "--pack",
+    type=AnyFile,
+    help="Pack file (TOML): the battery, its cell and its physics; keys in docs/pack_file.md.",
+)
 @click.option(
     "--sensor",
     type=AnyFile,

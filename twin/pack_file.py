@@ -43,18 +43,29 @@ class PackFileError(ValueError):
 
 
 class _Table(BaseModel):
-    model_config = ConfigDict(extra="forbid", frozen=True, strict=True, allow_inf_nan=False)
+    """What is said of a key is in docs/pack_file.md too: `reports.pack_reference`."""
+
+    model_config = ConfigDict(
+        extra="forbid", frozen=True, strict=True, allow_inf_nan=False, use_attribute_docstrings=True
+    )
 
 
 class PackTable(_Table):
-    """`[pack]`: what it is made of; `capacity_ah` is that of the whole pack."""
+    """`[pack]`: what it is made of."""
 
     name: Text
+    """What the pages call it."""
     cell: Text
+    """A built-in cell, or a BPX file beside the pack file (it ends in `.json`)."""
     capacity_ah: CapacityAh | None = None
+    """Of the whole pack [Ah]; the cell is scaled to it. Without it that of the log, else of
+    `parallel` cells as they are."""
     series: Count
+    """Cells in series, the 4 of a 4S2P."""
     parallel: Count = 1
+    """Strings side by side, the 2 of a 4S2P."""
     serial: str = ""
+    """Serial number, by which a fleet page tells packs apart; one in the log comes first."""
 
 
 class StartTable(_Table):
@@ -64,22 +75,31 @@ class StartTable(_Table):
     """
 
     soc: Annotated[float, Field(ge=0.0, le=1.0)] | None = None
+    """State of charge, a share: 0.9 for 90 %. Without it by the voltage at rest."""
     temperature_c: Celsius | None = None
+    """Of the pack [°C]. Without it as warm as the air, else 25."""
 
 
 class EnvironmentTable(_Table):
     """`[environment]`: what it loses its heat to."""
 
     ambient_c: Celsius | None = None
+    """Of the air [°C]. Without it as warm as the pack at the start."""
     heat_transfer_W_m2_K: Annotated[float, Field(ge=0.0, le=1000.0)] | None = None
+    """From the surface of its cells to the air [W/(m2 K)]; without it 12, which nobody measured.
+    What `twin explain` expects of heating too, where that is not switched on."""
     heat_transfer_std_W_m2_K: Annotated[float, Field(ge=0.0)] | None = None
+    """Its standard error, as `twin calibrate` writes it."""
 
 
 class TwinTable(_Table):
-    """`[twin]`: which effects are switched on, by id, and by how much it errs (`Pack`)."""
+    """`[twin]`: which effects are switched on, and by how much the twin errs."""
 
     physics: Annotated[tuple[Text, ...], Field(strict=False)] | None = None  # TOML has lists
+    """Ids of effects, from the lists below. Without it self-heating alone; `[]` is none."""
     cell_error_mv: Annotated[float, Field(gt=0.0, le=1000.0)] | None = None
+    """By how much the twin misses the voltage of one cell in tests that it was not fitted to
+    [mV rms], as `twin calibrate` writes it: `twin explain` names nothing smaller."""
 
 
 class PackFile(_Table):

@@ -125,7 +125,12 @@ def age(**options: object) -> None:
 
 @main.command()
 @click.argument("tests", metavar="[TEST.csv...]", nargs=-1, type=AnyFile)
-@click.option("--pack", type=AnyFile, required=True, help="The pack, as pack.toml describes it.")
+@click.option(
+    "--pack",
+    type=AnyFile,
+    required=True,
+    help="Pack file (TOML): the pack, its cell and its physics; keys in docs/pack_file.md.",
+)
 @click.option(
     "--out",
     type=click.Path(dir_okay=False, path_type=Path),
@@ -217,7 +222,12 @@ def calibrate(**options: object) -> None:
     help="Recordings of the same pack on which all is judged: all up to the next option. Without "
     "it the last of several LOGs, or every second of seven parts of a single one.",
 )
-@click.option("--pack", type=AnyFile, required=True, help="The pack, as pack.toml describes it.")
+@click.option(
+    "--pack",
+    type=AnyFile,
+    required=True,
+    help="Pack file (TOML): the pack, its cell and its physics; keys in docs/pack_file.md.",
+)
 @out("mismatch.json, explain.html and reveal.json there are replaced.")
 @click.option(
     "--adopt",

@@ -77,7 +77,10 @@ def shared(command: Callable[..., None]) -> Callable[..., None]:
     """The options that say what is drawn from which pack."""
     options = (
         click.option(
-            "--pack", type=AnyFile, required=True, help="The pack, as pack.toml describes it."
+            "--pack",
+            type=AnyFile,
+            required=True,
+            help="Pack file (TOML): the pack, its cell and its physics; keys in docs/pack_file.md.",
         ),
         BETWEEN,
         click.option(

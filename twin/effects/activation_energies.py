@@ -22,7 +22,16 @@ NUMBERS = {
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ActivationEnergies:
-    """Differences of the activation energies; nothing changes at the reference temperature."""
+    """Differences of the activation energies; nothing changes at the reference temperature.
+
+    Attributes:
+        negative_diffusivity_J_mol: of diffusion in the negative particles.
+        positive_diffusivity_J_mol: in the positive ones.
+        negative_rate_J_mol: of the reaction at the negative particles.
+        positive_rate_J_mol: at the positive ones.
+        electrolyte_diffusivity_J_mol: of D_e.
+        electrolyte_conductivity_J_mol: of kappa.
+    """
 
     negative_diffusivity_J_mol: float = 0.0
     positive_diffusivity_J_mol: float = 0.0

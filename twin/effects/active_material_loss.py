@@ -13,7 +13,14 @@ HYDROSTATIC = 2.0 / 3.0  # of the tangential stress, the radial one being zero a
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ActiveMaterialLoss:
-    """d eps_s/dt = -beta (max(sigma_h, 0) / sigma_c)**2; the lithium inside is trapped."""
+    """d eps_s/dt = -beta (max(sigma_h, 0) / sigma_c)**2; the lithium inside is trapped.
+
+    Attributes:
+        strength: a factor on all it does; 0 is absence.
+        rate_1_s: beta.
+        negative_critical_Pa: sigma_c of the negative electrode.
+        positive_critical_Pa: sigma_c of the positive electrode.
+    """
 
     strength: float = 1.0
     rate_1_s: float = 2.7778e-7

@@ -15,6 +15,9 @@ class _ActiveMaterialLost:
     """A share of the particles of one electrode is cut off, with the lithium of a full cell in it.
 
     What is left works at a higher rate and runs through a wider window; a full cell is as it was.
+
+    Attributes:
+        lost: that share.
     """
 
     lost: float = 0.0

@@ -8,7 +8,12 @@ from twin.effects.effect import Parameter
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ColdPack:
-    """Offsets of the temperature at the start and of the air; every rate follows by Arrhenius."""
+    """Offsets of the temperature at the start and of the air; every rate follows by Arrhenius.
+
+    Attributes:
+        start_offset_K: negative: colder than stated.
+        ambient_offset_K: likewise, of the air.
+    """
 
     start_offset_K: float = 0.0
     ambient_offset_K: float = 0.0

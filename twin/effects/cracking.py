@@ -16,6 +16,14 @@ class Cracking:
     """Paris' law: dl/dt = k K**m / 3600 s with K = 1.12 sigma sqrt(pi l).
 
     With m > 2 it runs away in finite time; a crack ends where its particle does, at the radius.
+
+    Attributes:
+        strength: a factor on all it does; 0 is absence.
+        paris_rate: k.
+        paris_exponent: m.
+        initial_length_m: l at the start of life.
+        width_m: of a crack.
+        density_1_m2: cracks on an area.
     """
 
     strength: float = 1.0

@@ -14,7 +14,11 @@ FloatArray = npt.NDArray[np.float64]
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class CurrentGain:
-    """I = gain times what was recorded: a shunt or its amplifier is off."""
+    """I = gain times what was recorded: a shunt or its amplifier is off.
+
+    Attributes:
+        gain: true current over recorded one.
+    """
 
     gain: float = 1.0
 

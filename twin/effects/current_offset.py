@@ -13,7 +13,11 @@ FloatArray = npt.NDArray[np.float64]
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class CurrentOffset:
-    """I = what was recorded + offset: the sensor's zero has moved."""
+    """I = what was recorded + offset: the sensor's zero has moved.
+
+    Attributes:
+        offset_A: true current less recorded one, discharge positive.
+    """
 
     offset_A: float = 0.0
 

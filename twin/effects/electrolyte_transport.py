@@ -10,7 +10,12 @@ from twin.effects.effect import Numbers, Parameter
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ElectrolyteTransport:
-    """D_e and kappa times a factor each: another salt, other solvents, pores that are clogged."""
+    """D_e and kappa times a factor each: another salt, other solvents, pores that are clogged.
+
+    Attributes:
+        diffusivity_factor: of D_e.
+        conductivity_factor: of kappa.
+    """
 
     diffusivity_factor: float = 1.0
     conductivity_factor: float = 1.0

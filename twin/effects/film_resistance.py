@@ -8,7 +8,12 @@ from twin.effects.effect import Parameter
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class FilmResistance:
-    """phi_s - phi_e = U + eta + i R at each particle surface."""
+    """phi_s - phi_e = U + eta + i R at each particle surface.
+
+    Attributes:
+        negative_ohm_m2: R, over the area of the particles.
+        positive_ohm_m2: likewise.
+    """
 
     negative_ohm_m2: float = 0.0
     positive_ohm_m2: float = 0.0

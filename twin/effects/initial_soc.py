@@ -8,7 +8,11 @@ from twin.effects.effect import Parameter
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class InitialSoc:
-    """State of charge at the start = stated + offset."""
+    """State of charge at the start = stated + offset.
+
+    Attributes:
+        offset: positive: fuller than stated.
+    """
 
     offset: float = 0.0
 

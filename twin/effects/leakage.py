@@ -13,7 +13,11 @@ FloatArray = npt.NDArray[np.float64]
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Leakage:
-    """The pack discharges itself past the sensor while it flies: a soft short, a load too many."""
+    """The pack discharges itself past the sensor while it flies: a soft short, a load too many.
+
+    Attributes:
+        current_A: past the sensor, out of the pack.
+    """
 
     current_A: float = 0.0
 

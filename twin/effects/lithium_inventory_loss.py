@@ -13,6 +13,9 @@ class LithiumInventoryLoss:
     """A share of the cyclable lithium is gone before the recording begins.
 
     Full and empty are where the cell rests at the voltages it had there, with less lithium in it.
+
+    Attributes:
+        lost: that share.
     """
 
     lost: float = 0.0

@@ -13,14 +13,23 @@ STRIPPING, PLATING = 0.35, 0.65  # transfer coefficients
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Plating:
-    """i = F k (c_Li exp(0.35 F eta / RT) - c_e exp(-0.65 F eta / RT)), dead lithium by decay."""
+    """i = F k (c_Li exp(0.35 F eta / RT) - c_e exp(-0.65 F eta / RT)), dead lithium by decay.
+
+    Attributes:
+        strength: a factor on all it does; 0 is absence.
+        rate_constant_m_s: k.
+        decay_1_s: share of the plated lithium that dies in a second, under a film as thin as at
+            first.
+        molar_volume_m3_mol: of the metal.
+        initial_mol_m3: plated at the start, per volume of the negative electrode: what a cold
+            charge left.
+    """
 
     strength: float = 1.0
     rate_constant_m_s: float = 1e-9
     decay_1_s: float = 1e-6
     molar_volume_m3_mol: float = 1.3e-5
     initial_mol_m3: float = 0.0
-    """Plated at the start, per volume of the negative electrode: what a cold charge left."""
 
     id: ClassVar[str] = "plating"
     parameters: ClassVar[tuple[Parameter, ...]] = (

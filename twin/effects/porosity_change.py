@@ -12,7 +12,11 @@ LEAST_POROSITY = 0.01  # a clogged electrode still conducts a little; below it n
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class PorosityChange:
-    """The pores shrink by the volume of what has grown since the start of life."""
+    """The pores shrink by the volume of what has grown since the start of life.
+
+    Attributes:
+        strength: a factor on that volume; 0 is absence.
+    """
 
     strength: float = 1.0
 

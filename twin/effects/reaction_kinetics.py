@@ -10,7 +10,12 @@ from twin.effects.effect import Numbers, Parameter
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ReactionKinetics:
-    """Exchange currents times a factor, each electrode its own."""
+    """Exchange currents times a factor, each electrode its own.
+
+    Attributes:
+        negative_factor: of the exchange current of the negative electrode.
+        positive_factor: likewise.
+    """
 
     negative_factor: float = 1.0
     positive_factor: float = 1.0

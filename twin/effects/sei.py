@@ -18,6 +18,15 @@ class Sei:
     """i = -F c_sol D_sol / L: thickness**2 grows in proportion to time.
 
     The film also resists: phi_s - phi_e = U + eta + (current through it) * resistivity * L.
+
+    Attributes:
+        strength: a factor on all it does; 0 is absence.
+        solvent_diffusivity_m2_s: through the film, D_sol.
+        solvent_concentration_mol_m3: outside of the film, c_sol.
+        activation_J_mol: of that diffusivity.
+        molar_volume_m3_mol: of the film.
+        resistivity_ohm_m: of the film.
+        initial_thickness_m: L at the start of life.
     """
 
     strength: float = 1.0

@@ -8,11 +8,16 @@ from twin.effects.effect import STRENGTH, Parameter
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class SeiOnCracks:
-    """`sei.grown` on the area a (roughness - 1); a fresh crack has next to no film."""
+    """`sei.grown` on the area a (roughness - 1); a fresh crack has next to no film.
+
+    Attributes:
+        strength: a factor on all it does; 0 is absence.
+        initial_share: film on the faces at the start of life, over the outer film (OKane2022 in
+            PyBaMM).
+    """
 
     strength: float = 1.0
     initial_share: float = 1e-4
-    """Film on the faces at the start of life, over the outer film (OKane2022 in PyBaMM)."""
 
     id: ClassVar[str] = "sei_on_cracks"
     parameters: ClassVar[tuple[Parameter, ...]] = (

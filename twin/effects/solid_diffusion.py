@@ -15,7 +15,11 @@ FACTOR = Parameter(
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class _SolidDiffusion:
-    """D_s times a factor; larger particles look the same, by the square of their radius."""
+    """D_s times a factor; larger particles look the same, by the square of their radius.
+
+    Attributes:
+        diffusivity_factor: of D_s.
+    """
 
     diffusivity_factor: float = 1.0
 

@@ -9,7 +9,11 @@ from twin.effects.effect import Parameter
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class VoltageGain:
-    """What is recorded is gain times the voltage: the divider is off."""
+    """What is recorded is gain times the voltage: the divider is off.
+
+    Attributes:
+        gain: recorded voltage over true one.
+    """
 
     gain: float = 1.0
 
