@@ -20,7 +20,7 @@ from twin.damage import (
     Study,
     Waveform,
     WaveformError,
-    ageing,
+    ageing_drawn,
     study,
 )
 from twin.load import Load
@@ -71,7 +71,7 @@ def _none_to_repeat(segments: Sequence[Segment]) -> str:
 def others_of(pack: Pack, choice: PackChoice | None) -> Others:
     """Packs that may be `pack` as well, by the fits beside its pack file, else by priors."""
     cell, life = (choice.cell_doubt, choice.life_doubt) if choice else (None, None)
-    packs = draws(ageing(pack), OTHERS, cell=cell, aged=life)
+    packs = ageing_drawn(pack, lambda own: draws(own, OTHERS, cell=cell, aged=life))
     return Others(packs=packs, of_cell=cell is not None, of_life=life is not None)
 
 

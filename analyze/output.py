@@ -131,7 +131,7 @@ FLEET_SCHEMA = pa.schema(
         ("voltage_rmse_mv", pa.float64()),
         ("max_error_mv", pa.float64()),
         ("replay_status", pa.string()),
-        ("lithium_lost_mah", pa.float64()),  # in the air
+        ("lithium_lost_mah", pa.float64()),  # in the air, as of a new pack
         ("capacity_std_ah", pa.float64()),  # null where the capacity was not fitted
         ("pulse_ohm", pa.float64()),  # likewise, of the whole pack after 10 s of load
         ("mismatch", pa.string()),

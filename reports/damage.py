@@ -12,10 +12,12 @@ from reports.parts import (
     RatioPart,
     RelativePart,
 )
+from segment.segment import Motion
 from twin.constants import ZERO_CELSIUS_K
 from twin.damage import (
     MEASURES,
     Assessed,
+    Attribution,
     Cost,
     Lifetime,
     Loss,
@@ -24,6 +26,7 @@ from twin.damage import (
     Ratio,
     Study,
 )
+from twin.damage.cost import total
 from twin.finite import finite
 
 MAH = 1 / 3.6  # of a coulomb
@@ -99,10 +102,16 @@ def assessment_part(study: Study | None) -> AssessmentPart | None:
             )
             for c in found.baselines.cycled
         ),
-        in_flight=loss_part(study.attribution.whole.loss, whole),
+        in_flight=loss_part(_in_the_air(study.attribution), whole),
         not_assessed=dict(found.cannot),
         life=_life(study),
     )
+
+
+def _in_the_air(flown: Attribution) -> Loss:
+    """Of all spans but those on the ground."""
+    both = zip(flown.spans, flown.costs, strict=False)
+    return total([c for s, c in both if Motion(s.name) is not Motion.GROUND]).loss
 
 
 def loss_part(loss: Loss, cyclable_C: float) -> LossPart:

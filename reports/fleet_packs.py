@@ -7,6 +7,7 @@ vehicle is not the battery.
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from statistics import fmean
 
 from reports.mismatch.words import listed, missed, percent
 from reports.parts.flight import QuantityPart
@@ -29,7 +30,7 @@ COLUMNS = (
     Column(title="capacity [Ah]"),
     Column(title="of rated [%]"),
     Column(title="resistance [mΩ]"),
-    Column(title="lithium lost in the air [mAh]"),
+    Column(title="lithium a flight costs [mAh]"),
     Column(title="what the twin misses", numeric=False),
 )
 NOTES = (
@@ -37,8 +38,9 @@ NOTES = (
     f"{percent(CLEARLY)}, and that was fitted without a pack file: the capacity with its standard "
     "deviation beside the rated one, the resistance of the whole pack after 10 s of load, as warm "
     "as it was then, with how much more that is than by the first. Rated is what a parameter of "
-    "the log or the pack file says; full cycles are the charge drawn over it. The lithium that was "
-    "lost is by the twin, of the flights that are here; what the twin misses, of the last.",
+    "the log or the pack file says; full cycles are the charge drawn over it. What a flight costs "
+    "is by the twin, in the air, the mean of those that are here, each as it would cost a pack "
+    "taken as new: one whose films are older loses less. What the twin misses is of the last.",
     "The pack with the least of its rated capacity comes first, those of which no flight tells it "
     f"last. With less than {percent(RETIRED)} a pack is usually retired; a slow discharge tells "
     "more than any flight (twin calibrate).",
@@ -89,9 +91,12 @@ class FlownPack:
 
     @property
     def lost_mah(self) -> float | None:
-        """Lithium lost in the air; None where no flight was judged."""
+        """Lithium lost in the air, mean of the flights that were judged; None where none was.
+
+        No sum: each is judged as if the pack were new, and films grow ever more slowly.
+        """
         lost = [r.assessment.in_flight.lithium_mah for r in self.results if r.assessment]
-        return sum(lost) if lost else None
+        return fmean(lost) if lost else None
 
 
 def packs_of(results: Sequence[Result]) -> tuple[FlownPack, ...]:
@@ -141,9 +146,9 @@ def _nameless(flights: int) -> Notice | None:
     if not flights:
         return None
     return Notice(
-        text=f"Flights of a pack that nothing names: {flights}. Packs are told apart by a smart "
-        "battery's log, by serial under [pack] in a pack file, or by a folder for each "
-        "(--pack-per-folder)."
+        text=f"Flights whose pack is not known: {flights}. Put the logs of each pack in a folder "
+        "of its own and use --pack-per-folder. A serial under [pack] in a pack file names the pack "
+        "too, but no capacity or resistance is fitted to a flight with a pack file."
     )
 
 

@@ -72,7 +72,7 @@ class DegradationSymbols:
     def begin(self, old: Mapping[str, ca.SX], step_s: ca.SX) -> Begun:
         """Films and porosity of the step, from the state at its start."""
         p, area = self.p, self.surface_1_m(old)
-        warm = arrhenius(p["sei.activation_J_mol"], old["temperature_K"], p["reference_K"])
+        warm = arrhenius(p["sei.activation_J_mol"], old["temperature_K"], ca.SX(sei.MEASURED_K))
         permeability = (
             p["sei.solvent_concentration_mol_m3"] * p["sei.solvent_diffusivity_m2_s"] * warm
         )

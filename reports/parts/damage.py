@@ -154,7 +154,8 @@ class AssessmentPart(Part):
     ambient_c: float
     baselines: tuple[BaselinePart, ...]
     in_flight: LossPart
-    """Of the whole recording, as it was flown."""
+    """Of this flight as it was flown, without what lies on the ground: as it would cost a pack
+    taken as new (three cycles old). One whose films are older loses less."""
     not_assessed: dict[str, str]
     """Motion -> why not."""
     life: LifePart | None

@@ -70,7 +70,7 @@ def _lead(study: Study) -> tuple[str, ...]:
     span = fixed(min(costs), 2)
     span += f" to {fixed(max(costs), 2)}" if fixed(max(costs), 2) != span else ""
     return (
-        f"A full flight and its recharge cost this pack {span} mAh of lithium for good, "
+        f"A full flight and its recharge cost this pack, taken as new, {span} mAh of lithium, "
         f"{fixed(100 * sum(air) / len(air), 0)} % of it in the air and the rest while charging. "
         f"For the energy it draws, beside a steady current of the same mean: {said}.",
         *_costliest(study.attribution),

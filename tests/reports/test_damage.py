@@ -9,6 +9,7 @@ import jsonschema
 import numpy as np
 import pytest
 
+from reports.damage import assessment_part, loss_part
 from reports.flight import FlightReport
 from reports.flight_page import flight_page
 from reports.quantity import significant
@@ -168,3 +169,19 @@ def test_what_could_not_be_told_is_said() -> None:
     section = shown(example.report(damage=replace(example.study(thorough=False), assessment=none)))
     assert any("Vertical could not be repeated" in n.text for n in section.notices)
     assert len(section.figures) == 1
+
+
+def test_what_lies_on_the_ground_is_not_lost_in_the_air() -> None:
+    """Films grow with time: minutes before the take-off would count almost as flown ones."""
+    own = example.study(thorough=False)
+    first, *rest = own.attribution.spans
+    assert first.name == "ground"
+    flown = replace(own.attribution, spans=(replace(first, name="hover"), *rest))
+    without, told = (
+        part.in_flight.lithium_mah
+        for s in (own, replace(own, attribution=flown))
+        if (part := assessment_part(s))
+    )
+    on_ground = loss_part(own.attribution.costs[0].loss, own.cyclable_C).lithium_mah
+    assert told - without == pytest.approx(on_ground)
+    assert on_ground > 0

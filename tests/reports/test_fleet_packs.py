@@ -116,7 +116,7 @@ def test_what_no_flight_tells_is_not_told_and_its_pack_comes_last() -> None:
     assert section.notices == ()
 
 
-def test_lost_lithium_is_that_of_all_flights_that_were_judged() -> None:
+def test_lost_lithium_is_the_mean_of_the_flights_that_were_judged() -> None:
     def judged(result: Result, mah: float) -> Result:
         part = AssessmentPart.model_construct(in_flight=LossPart.model_construct(lithium_mah=mah))
         return result.model_copy(update={"assessment": part})
@@ -125,7 +125,7 @@ def test_lost_lithium_is_that_of_all_flights_that_were_judged() -> None:
     both = [judged(results[0], 0.25), judged(results[1], 0.5), results[2]]
     both[2] = both[2].model_copy(update={"assessment": None})
     (pack,) = packs_of(both)
-    assert pack.lost_mah == pytest.approx(0.75)
+    assert pack.lost_mah == pytest.approx(0.375)
     assert packs_of(both[2:])[0].lost_mah is None
 
 
@@ -133,11 +133,11 @@ def test_flights_of_a_pack_that_nothing_names_are_counted_and_not_put_together()
     section = section_of(flown("a", 1, ""), flown("b", 2, ""), flown("c", 3, "x"))
     assert column(section, "pack") == ["x"]
     (notice,) = section.notices
-    assert notice.text.startswith("Flights of a pack that nothing names: 2.")
+    assert notice.text.startswith("Flights whose pack is not known: 2.")
     assert packs_section([flown("a", 1, "").result]).tables == ()
     page = fleet_page(Fleet(flights=(flown("a", 1, ""),), failures=(), passed_over=0, version="0"))
     (flights,) = page.sections
-    assert flights.notices[0].text.startswith("Flights of a pack that nothing names: 1.")
+    assert flights.notices[0].text.startswith("Flights whose pack is not known: 1.")
 
 
 def test_a_copy_of_a_flight_is_no_second_one() -> None:

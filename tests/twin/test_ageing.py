@@ -1,5 +1,7 @@
 """Ageing against closed forms, conservation and its own absence."""
 
+from dataclasses import replace
+
 import casadi as ca
 import numpy as np
 import pytest
@@ -108,6 +110,14 @@ def test_sei_is_faster_when_warm_as_arrhenius_says(m50: Cell) -> None:
         lost.append(lost_mol(simulate(pack, constant(0.0, 600.0, 10.0)), "sei"))
     expected = np.exp(38000.0 / 8.314462618 * (1 / 298.15 - 1 / 318.15))
     assert lost[1] / lost[0] == pytest.approx(expected, rel=1e-6)
+
+
+def test_sei_does_not_know_the_reference_temperature_of_the_cell(m50: Cell) -> None:
+    told = []
+    for cell in (m50, replace(m50, reference_K=293.15)):
+        pack = Pack(cell=cell, initial_K=308.15, effects=(Sei(),))
+        told.append(lost_mol(simulate(pack, constant(0.0, 600.0, 10.0)), "sei"))
+    assert told[1] == pytest.approx(told[0], rel=1e-9)
 
 
 def test_crack_faces_lose_the_more_the_rougher(m50: Cell) -> None:

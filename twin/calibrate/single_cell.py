@@ -32,8 +32,7 @@ def single_cell(pack: Pack) -> Pack:
         if isinstance(e, SeriesResistance):
             effects.append(SeriesResistance(resistance_ohm=e.resistance_ohm * share))
         elif isinstance(e, Sei):
-            film = e.strength * e.resistivity_ohm_m * e.initial_thickness_m
-            effects.append(FilmResistance(negative_ohm_m2=film))
+            effects.append(FilmResistance(negative_ohm_m2=e.first_film_ohm_m2))
         elif not isinstance(e, AGEING):
             effects.append(e)
     capacity_C = None if pack.capacity_C is None else pack.capacity_C / pack.parallel

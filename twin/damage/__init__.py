@@ -7,6 +7,7 @@ from twin.damage.assess import (
     Manoeuvre,
     Ratio,
     ageing,
+    ageing_drawn,
     assess,
 )
 from twin.damage.attribution import Attribution, Span, attribute
@@ -52,6 +53,7 @@ __all__ = [
     "Waveform",
     "WaveformError",
     "ageing",
+    "ageing_drawn",
     "assess",
     "attribute",
     "constant",

@@ -20,7 +20,7 @@ from twin.damage.error import UNKNOWN_ERROR, Error
 from twin.damage.measures import MEASURES, NEXT_TO_NOTHING, Part, number
 from twin.damage.spread import Piece, error_of, grouped
 from twin.damage.waveform import Waveform, constant
-from twin.effects import AGEING, AnyEffect, SelfHeating
+from twin.effects import AGEING, AnyEffect, FilmResistance, Sei, SelfHeating
 from twin.kernel import Backend
 from twin.pack import Pack
 from twin.pack_model import pack_model
@@ -119,10 +119,26 @@ class Assessment:
 
 
 def ageing(pack: Pack) -> Pack:
-    """`pack` with self-heating and every effect of ageing: those it lacks with their defaults."""
+    """`pack` with self-heating and every effect of ageing: those it lacks with their defaults.
+
+    What resists in a cell that was fitted or told without SEI holds its first film: where SEI is
+    added only what grows on that resists.
+    """
+    (whole,) = ageing_drawn(pack, lambda own: (own,))
+    return whole
+
+
+def ageing_drawn(pack: Pack, draw: Callable[[Pack], Sequence[Pack]]) -> tuple[Pack, ...]:
+    """The same of each pack that `draw` makes of the one with all effects."""
     has = {type(effect) for effect in pack.effects}
     more: tuple[AnyEffect, ...] = tuple(k() for k in (SelfHeating, *AGEING) if k not in has)
-    return replace(pack, effects=(*pack.effects, *more))
+    packs = draw(replace(pack, effects=(*pack.effects, *more)))
+    return tuple(packs) if Sei in has else tuple(map(_without_first_film, packs))
+
+
+def _without_first_film(pack: Pack) -> Pack:
+    first = sum(e.first_film_ohm_m2 for e in pack.effects if isinstance(e, Sei))
+    return replace(pack, effects=(*pack.effects, FilmResistance(negative_ohm_m2=-first)))
 
 
 def assess(

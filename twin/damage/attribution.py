@@ -14,18 +14,19 @@ import numpy as np
 import numpy.typing as npt
 
 from twin.damage.cost import Cost, cost_of, drawn, total
-from twin.damage.cycles import MORE_THAN_ALL, CannotCycle
+from twin.damage.cycles import CannotCycle, from_full
 from twin.damage.error import UNKNOWN_ERROR, Error
 from twin.damage.loss import Ledger
 from twin.damage.measures import MEASURES
 from twin.damage.orders import reordered
 from twin.damage.waveform import Waveform
+from twin.effects import OF_CURRENT
 from twin.kernel import Backend
 from twin.load import Load
 from twin.pack import Pack
 from twin.pack_model import pack_model
 from twin.protocol import ConstantCurrent, Rest, Settings, run
-from twin.simulate import surroundings
+from twin.simulate import flowed, surroundings
 from twin.solution import Status
 
 FloatArray = npt.NDArray[np.float64]
@@ -128,12 +129,13 @@ def attribute(
     ledger = Ledger(pack)
     state = started(pack, formed, load.ambient_K)
     edges = _edges(load, spans)
-    loads = [between(load, *ends) for ends in pairwise(edges)]
-    pieces, status = drawn(pack, ledger, loads, state)
+    flows, inside = flowed(pack, load), _behind_sensor(pack)  # a clock is late across the edges too
+    loads = [between(flows, *ends) for ends in pairwise(edges)]
+    pieces, status = drawn(inside, ledger, loads, state)
     at = {t: k for k, t in enumerate(edges[: len(pieces)])}
     places = [at[t] for s in spans if (t := max(s.start_s, edges[0])) in at]
     movable = [p for s, p in zip(spans, places, strict=False) if s.movable]
-    others = reordered(pack, ledger, loads, movable, state) if status is Status.DONE else ()
+    others = reordered(inside, ledger, loads, movable, state) if status is Status.DONE else ()
     charged = _at_K(pack, formed, float(surroundings(pack, load.ambient_K)[0]))
     return Attribution(
         spans=tuple(spans),
@@ -151,7 +153,8 @@ def started(pack: Pack, formed: FloatArray, ambient_K: float) -> FloatArray:
     Raises:
         CannotCycle: the cut-off comes before that charge.
     """
-    whole_A, start = pack.rated_C / 3600, pack.cells()[0]
+    whole_A, cells = pack.rated_C / 3600, pack.cells()
+    start = sum(c.count * c.initial_soc for c in cells) / pack.series  # `soc` below is a mean too
     settings = Settings(ambient_K=ambient_K)
 
     def discharged(seconds: float) -> tuple[FloatArray, FloatArray]:
@@ -159,15 +162,21 @@ def started(pack: Pack, formed: FloatArray, ambient_K: float) -> FloatArray:
         result = run(pack, steps, settings=settings, state=formed)
         if result.status is not Status.DONE:
             raise CannotCycle(
-                f"the flight begins at {100 * start.initial_soc:.1f} % of charge, and a discharge "
+                f"the flight begins at {100 * start:.1f} % of charge, and a discharge "
                 f"at 1C ends before that: {result.status.value}"
             )
         return result.end_state, result.steps[0].soc
 
     probed = discharged(PROBE_S)[1]
-    seconds = PROBE_S * (probed[0] - start.initial_soc) / (probed[0] - probed[-1])
+    seconds = PROBE_S * (probed[0] - start) / (probed[0] - probed[-1])
     state = discharged(float(seconds))[0] if seconds > 1.0 else formed
-    return _at_K(pack, state, start.initial_K)
+    return _at_K(pack, state, cells[0].initial_K)
+
+
+def _behind_sensor(pack: Pack) -> Pack:
+    """`pack`, for a current that flowed rather than one that was recorded."""
+    kept = tuple(e for e in pack.effects if not isinstance(e, OF_CURRENT))
+    return replace(pack, effects=kept)
 
 
 def _at_K(pack: Pack, state: FloatArray, temperature_K: float) -> FloatArray:
@@ -194,5 +203,5 @@ def _edges(load: Load, spans: Sequence[Span]) -> list[float]:
 def _repeated(
     pack: Pack, ledger: Ledger, waveform: Waveform, state: FloatArray, load: Load
 ) -> Cost:
-    repeated = waveform.load(MORE_THAN_ALL * pack.rated_C, load.ambient_K)
+    repeated = from_full(pack, waveform, load.ambient_K)
     return cost_of(pack, ledger, repeated, state)[0]

@@ -10,13 +10,16 @@ from twin.damage.loss import NOTHING, Ledger, Loss
 from twin.damage.waveform import Waveform
 from twin.effects import ColdPack
 from twin.health import Examiner
+from twin.load import Load
 from twin.pack import Pack
 from twin.protocol import FollowLoad, Rest, Settings, Step, StepResult, charge_cc_cv, run
+from twin.simulate import flowed
 from twin.solution import Status
 
 FloatArray = npt.NDArray[np.float64]
 
 MORE_THAN_ALL = 1.5  # of the capacity: the cut-off comes before
+LONGEST_s = 86400.0  # of a flight: what draws less has not been measured, or is not one
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -104,7 +107,8 @@ def cycle(
     From `state`, charged, of the kernel; None: from a new pack.
 
     Raises:
-        CannotCycle: the cut-off comes before one period is over, or the charge fails.
+        CannotCycle: the cut-off comes before one period is over or not within a day, or the charge
+            fails.
     """
     resting = (
         replace(e, start_offset_K=e.ambient_offset_K) if isinstance(e, ColdPack) else e
@@ -112,6 +116,25 @@ def cycle(
     )
     rested = replace(pack, initial_K=protocol.ambient_K, effects=tuple(resting))
     return _Cycling(rested.charged(), waveform, protocol, state).all()
+
+
+def from_full(pack: Pack, waveform: Waveform, ambient_K: float) -> Load:
+    """`waveform`, repeated for longer than a full pack lasts, by the current that flows.
+
+    That is what `pack` has of a current that was recorded (gain, offset, leakage).
+
+    Raises:
+        CannotCycle: no pack would be empty in LONGEST_s.
+    """
+    once = waveform.load(waveform.mean_A * waveform.period_s, ambient_K)
+    share = flowed(pack, once).charge_C() / once.charge_C()
+    recorded_C = MORE_THAN_ALL * pack.rated_C / share if share > 0 else np.inf
+    if recorded_C > LONGEST_s * waveform.mean_A:
+        raise CannotCycle(
+            f"at a mean of {share * waveform.mean_A:.3g} A, {pack.rated_C / 3600:.3g} Ah are not "
+            f"drawn in a day"
+        )
+    return waveform.load(recorded_C, ambient_K)
 
 
 class _Cycling:
@@ -123,7 +146,7 @@ class _Cycling:
         self._pack, self._waveform, self._protocol = pack, waveform, protocol
         self._settings = Settings(ambient_K=protocol.ambient_K, tolerance_V=protocol.tolerance_V)
         self._ledger, self._examiner = Ledger(pack), Examiner(pack)
-        self._load = waveform.load(MORE_THAN_ALL * pack.rated_C, protocol.ambient_K)
+        self._load = from_full(pack, waveform, protocol.ambient_K)
         self._state, self._net_C = self._ledger.new if state is None else state, 0.0
 
     def all(self) -> Cycled:

@@ -10,6 +10,8 @@ from twin.effects.effect import STRENGTH, Parameter
 JUMP_s = 1.0
 """A step of no length asks for a current, not for growth: that of the coming second. On a fresh
 crack (1e-13 m) the instantaneous one is amperes for a millisecond."""
+MEASURED_K = 298.15
+"""At which the diffusivity holds, whatever the reference temperature of the cell is."""
 NO_FILM = 1e-100  # mol/m3; keeps the root of a film that is not there, and does not grow, from 0/0
 
 
@@ -21,7 +23,7 @@ class Sei:
 
     Attributes:
         strength: a factor on all it does; 0 is absence.
-        solvent_diffusivity_m2_s: through the film, D_sol.
+        solvent_diffusivity_m2_s: through the film at 25 °C, D_sol.
         solvent_concentration_mol_m3: outside of the film, c_sol.
         activation_J_mol: of that diffusivity.
         molar_volume_m3_mol: of the film.
@@ -75,6 +77,11 @@ class Sei:
     signature: ClassVar[str] = (
         "lithium is lost with the square root of time, faster when warm, whatever is drawn"
     )
+
+    @property
+    def first_film_ohm_m2(self) -> float:
+        """Resistance of the film that is there at the start of life, over the area it covers."""
+        return self.strength * self.resistivity_ohm_m * self.initial_thickness_m
 
 
 def grown(

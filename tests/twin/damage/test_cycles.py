@@ -18,6 +18,7 @@ from twin.damage import (
     Waveform,
     WaveformError,
     ageing,
+    ageing_drawn,
     assess,
     constant,
     cycle,
@@ -28,15 +29,21 @@ from twin.damage.study import CYCLES
 from twin.effects import (
     AGEING,
     ActiveMaterialLoss,
+    AnyEffect,
     ColdPack,
+    CurrentGain,
+    CurrentOffset,
+    FilmResistance,
     InitialSoc,
     Sei,
     SelfHeating,
     VoltageGain,
     WeakCell,
 )
+from twin.load import Load
 from twin.pack import Pack
 from twin.protocol import ConstantCurrent, Rest, charge_cc_cv, run
+from twin.simulate import simulate
 
 SAMPLE_S = 0.5
 T = np.arange(0.0, 30.0, SAMPLE_S)
@@ -163,6 +170,57 @@ def test_how_a_recording_started_and_was_measured_is_nothing_to_a_cycle(pack: Pa
 def test_a_load_beyond_the_pack_is_said_to_be_so(pack: Pack) -> None:
     with pytest.raises(CannotCycle, match="flies this for"):
         cycle(ageing(pack), Waveform(current_A=np.full(600, 700.0), sample_s=SAMPLE_S), SHORT)
+
+
+@pytest.mark.parametrize("sensor", [CurrentGain(gain=0.5), CurrentOffset(offset_A=-8.0)])
+def test_a_pack_is_flown_empty_by_what_flows_not_by_what_was_recorded(
+    pack: Pack, sensor: AnyEffect
+) -> None:
+    aged = ageing(pack)
+    recorded = constant(16.0, 1.0)
+    flown = cycle(replace(aged, effects=(*aged.effects, sensor)), recorded, Protocol(cycles=1))
+    assert flown.drawn_C == pytest.approx(pack.rated_C, rel=0.1)
+    assert flown.drawn_C / flown.flown_s == pytest.approx(8.0, rel=0.001)
+
+
+@pytest.mark.parametrize("sensor", [(), (CurrentOffset(offset_A=-20.0),)])
+def test_a_current_that_empties_no_pack_is_refused_before_it_is_flown(
+    pack: Pack, sensor: tuple[AnyEffect, ...]
+) -> None:
+    """Of a pin that is not wired: 8 mA, 2.3e7 samples to the cut-off."""
+    weak = replace(pack, effects=sensor)
+    with pytest.raises(CannotCycle, match="not drawn in a day"):
+        cycle(ageing(weak), constant(0.008, 0.1), SHORT)
+
+
+def test_the_first_film_resists_in_what_was_fitted_without_one(pack: Pack) -> None:
+    """SEI that is added resists by what grows; SEI that was stated with the cell, wholly."""
+    load = Load(time_s=np.array([0.0, 0.1]), current_A=np.full(2, 20.0))
+
+    def sag_V(own: Pack) -> float:
+        return float(simulate(own, load).voltage_V[0])
+
+    stated = replace(pack, effects=(Sei(),))
+    assert sag_V(ageing(pack)) == pytest.approx(sag_V(pack), abs=1e-3)
+    assert sag_V(ageing(stated)) == pytest.approx(sag_V(stated), abs=1e-3)
+    assert sag_V(pack) - sag_V(stated) > 0.015  # about 1.1 mOhm of four cells
+
+
+def test_packs_that_may_be_it_as_well_have_a_first_film_of_their_own(pack: Pack) -> None:
+    def draw(own: Pack) -> tuple[Pack, ...]:
+        return tuple(
+            replace(own, effects=tuple(Sei(resistivity_ohm_m=r) if isinstance(e, Sei) else e
+                                       for e in own.effects))
+            for r in (1e5, 4e5)
+        )  # fmt: skip
+
+    for one in ageing_drawn(pack, draw):
+        (film,) = (e for e in one.effects if isinstance(e, FilmResistance))
+        (sei,) = (e for e in one.effects if isinstance(e, Sei))
+        assert film.negative_ohm_m2 == pytest.approx(-sei.resistivity_ohm_m * 5e-9)
+    stated = replace(pack, effects=(Sei(),))
+    for one in ageing_drawn(stated, draw):
+        assert not any(isinstance(e, FilmResistance) for e in one.effects)
 
 
 @pytest.mark.parametrize(

@@ -35,10 +35,20 @@ from twin.damage.cost import total
 from twin.damage.loss import Ledger
 from twin.damage.orders import orders
 from twin.damage.study import widened
-from twin.effects import ActiveMaterialLoss, AnyEffect, ColdPack, InitialSoc, Sei, SelfHeating
+from twin.effects import (
+    ActiveMaterialLoss,
+    AnyEffect,
+    ClockShift,
+    ColdPack,
+    InitialSoc,
+    Sei,
+    SelfHeating,
+    SensorLag,
+    WeakCell,
+)
 from twin.load import Load
 from twin.pack import Pack
-from twin.simulate import simulate
+from twin.simulate import flowed, simulate
 from twin.solution import Status
 
 SAMPLE_S = 0.25
@@ -192,6 +202,31 @@ def test_a_flight_the_pack_cannot_finish_is_told_as_far_as_it_came(
     assert flown.status is Status.LOWER_CUT_OFF
     assert 0 < len(flown.costs) < len(spans)
     assert flown.whole.drawn_C < load.charge_C()
+
+
+@pytest.mark.parametrize("sensor", [ClockShift(shift_s=-1.0), SensorLag(lag_s=1.0)])
+def test_a_late_clock_is_late_across_the_ends_of_a_span_too(
+    whole: Study, pack: Pack, sensor: AnyEffect
+) -> None:
+    """20 A after 12: shifted piece by piece, 5 % of the charge is told of the wrong motion."""
+    times = np.arange(0.0, 20.0, 0.25)
+    load = Load(time_s=times, current_A=np.where(times < 10.0, 12.0, 20.0))
+    spans = [Span(name=n, start_s=a, stop_s=a + 10.0) for n, a in (("hover", 0.0), ("climb", 10.0))]
+    own = ageing(replace(pack, effects=(sensor,)))
+    full = whole.assessment.baselines.reference.end_state
+    flown = attribute(own, load, spans, formed=full, waveforms={})
+    parts = [between(flowed(own, load), *ends) for ends in ((0.0, 10.0), (10.0, times[-1]))]
+    assert [c.drawn_C for c in flown.costs] == pytest.approx([p.charge_C() for p in parts])
+    assert flown.whole.drawn_C == pytest.approx(flowed(own, load).charge_C())
+
+
+def test_unlike_cells_start_with_the_charge_of_their_mean(pack: Pack) -> None:
+    weak = WeakCell(cell=2, soc_offset=-0.2)
+    own = ageing(replace(pack, initial_soc=0.8, effects=(weak,)))
+    full = cycle(own, constant(16.0, 1.0), Protocol(cycles=1)).end_state
+    state = started(own, full, 298.15)
+    first = simulate(own, Load(time_s=np.zeros(1), current_A=np.zeros(1)), state=state)
+    assert first.soc[0] == pytest.approx(0.75, abs=2e-3)  # some plated lithium returns
 
 
 def test_a_part_of_a_load_has_its_current() -> None:
