@@ -11,6 +11,7 @@ from flightlogs.flight import Flights, choose_flight, refuse_other_vehicles
 from flightlogs.held import current_held_warning, measured_anew, voltage_held_warning
 from flightlogs.holes import gap_warning, measured_charge_C, voltage_warning
 from flightlogs.log import BatteryLog, Channel, FlightLog, FloatArray, Interval, Vehicle
+from flightlogs.measured import LEAST_FLYING_A
 from flightlogs.recording import Recording
 from flightlogs.resample import resample, within
 from flightlogs.select import LEAST_FLIGHT_SAMPLES, choose_battery, choose_series
@@ -19,6 +20,7 @@ if TYPE_CHECKING:
     from flightlogs.align import AlignedSensor
 
 AH_C = 3600.0
+NEARLY_ALL = 95  # % of the current in flight
 MOST_DRAWN = 1.2  # of the capacity: a pack gives 1.1 of its label, and sensors are 10 % off
 
 
@@ -119,6 +121,19 @@ def assemble(
     )
 
 
+def _refuse_idle(flown_A: FloatArray, name: str, source: str) -> None:
+    """Refusal `no_current` where nearly all of it carries no multirotor."""
+    most_A = float(np.percentile(flown_A, NEARLY_ALL))
+    if most_A < LEAST_FLYING_A:
+        raise Refusal(
+            "no_current",
+            f"{name}: {NEARLY_ALL} % of the current in flight ({source}) is below {most_A:.3g} A, "
+            f"which carries no multirotor; at least {LEAST_FLYING_A:g} A are expected: the sensor "
+            "is not wired, or its scale is off. Correct it, or give the CSV of a current sensor "
+            "(beside the log as NAME.sensor.csv, or --sensor)",
+        )
+
+
 def _recorded(sensor: "AlignedSensor") -> Interval | None:
     """From the first to the last sample that the sensor measured."""
     known = sensor.time_s[np.isfinite(sensor.current_A)]
@@ -144,6 +159,7 @@ def _current(
             f"{flights.flight.start_s:.1f} and {flights.flight.stop_s:.1f} s, where it flew; "
             f"at least {LEAST_FLIGHT_SAMPLES} are needed",
         )
+    _refuse_idle(np.abs(values[within(time_s, (flights.flight,))]), log.name, source)
     if sensor is not None:
         return _Current(time_s, values, source)
     own = measured_anew(values, values)

@@ -119,4 +119,7 @@ def _impression(head: bytes) -> str:
         return "nothing but zero bytes: the card was not written"
     if re.search(rb"[^\x09-\x0d\x20-\xff]", head):
         return f"no known log (it starts with {head[:8].hex(' ')})"
-    return "a text file that is no flight log (a current sensor's CSV is given with --sensor)"
+    return (
+        "a text file that is no flight log (a current sensor's CSV lies beside the log as "
+        "NAME.sensor.csv, or is given with --sensor)"
+    )

@@ -175,7 +175,7 @@ def _drawn_Ah(log: FlightLog, until_s: float) -> list[float]:
 def _window(arming: Interval, armings: Sequence[Interval], log: FlightLog) -> Interval:
     before = [a.stop_s for a in armings if a.stop_s <= arming.start_s]
     after = [a.start_s for a in armings if a.start_s >= arming.stop_s]
-    start = max(before, default=-np.inf)
+    start = max(before, default=-EDGE_S)  # a sensor may have begun a flight before
     return Interval(float(start), float(min(after, default=log.duration_s + EDGE_S)))
 
 

@@ -16,7 +16,7 @@ IMPOSSIBLE_A, IMPOSSIBLE_V = 2000.0, 1000.0  # beyond any multirotor: the bytes 
 COLDEST_K, HOTTEST_K = 213.15, 393.15
 """-60 degC: the electrolyte is frozen; 120 degC: separators melt. No cell flies beyond either."""
 NEAR_ZERO_K = 3.0  # a pack that passes through 0 degC is measured beside it, too
-LEAST_REVERSED_A = 1.0  # less carries no multirotor, reversed or not: a zero that is off
+LEAST_FLYING_A = 1.0  # less carries no multirotor, reversed or not: a zero that is off
 STILL_VOLTAGE = 0.03  # share of its median within which an unloaded or unwired voltage stays
 
 
@@ -142,7 +142,7 @@ def reversed_current(time_s: FloatArray, current_A: FloatArray, voltage_V: Float
     if not known.size:
         return False
     low, high = np.percentile(known, [5, 95])
-    if -low <= max(float(high), LEAST_REVERSED_A):
+    if -low <= max(float(high), LEAST_FLYING_A):
         return False
     volts = np.where(voltage_V > DEAD_VOLTAGE_V, voltage_V, np.nan)
     return quality.resistance(time_s, -current_A, volts) is not None

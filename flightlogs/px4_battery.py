@@ -27,6 +27,7 @@ LEAST_CELL_V = 0.5  # no cell in flight is lower: the input is not wired
 MOST_CELLS = 14  # length of voltage_cell_v since 1.13
 UNKNOWN_UINT16 = 65535.0
 MULTICELL = 2
+SERIAL_LENGTH = 32  # of battery_info.serial_number
 
 
 def batteries(
@@ -63,7 +64,7 @@ def _raw(samples: Samples, topics: Px4Topics, parameters: Mapping[str, float]) -
         cell_voltage_V=_cells(samples, series),
         series=series,
         capacity_C=_capacity_C(samples, number, parameters),
-        serial=_serial(samples, topics),
+        serial=_serial(samples, number, topics),
     )
 
 
@@ -103,14 +104,22 @@ def _cells(samples: Samples, series: int | None) -> FloatArray | None:
     return np.column_stack(columns) if columns and enough else None
 
 
-def _serial(samples: Samples, topics: Px4Topics) -> str:
-    info = topics.first("battery_info")
-    if info is not None and samples.instance == 0:
-        codes = [
-            int(c[-1]) for i in range(32) if (c := info.get(f"serial_number[{i}]")) is not None
-        ]
-        text = bytes(c for c in codes if 32 < c < 127).decode("ascii")
+def _serial(samples: Samples, number: int, topics: Px4Topics) -> str:
+    """Of `battery_info` with its id (its instance where it has none), else of its own topic."""
+    for info in topics.logged("battery_info"):
+        ids = info.get("id")
+        own = np.full(info.time_s.size, info.instance == samples.instance) if ids is None else (
+            ids == number
+        )  # fmt: skip
+        text = _text(info, int(np.flatnonzero(own)[-1])) if own.any() else ""
         if text:
             return text
-    number = _constant(samples, "serial_number")
-    return "" if number is None else str(int(number))
+    told = _constant(samples, "serial_number")
+    return "" if told is None else str(int(told))
+
+
+def _text(info: Samples, row: int) -> str:
+    """`serial_number` in a row, as far as it is printable."""
+    fields = (info.get(f"serial_number[{i}]") for i in range(SERIAL_LENGTH))
+    codes = (int(c[row]) for c in fields if c is not None)
+    return bytes(c for c in codes if 32 < c < 127).decode("ascii")

@@ -84,6 +84,10 @@ class Px4Topics:
         found = (self.samples.get((name, 0)) for name in names)
         return next((s for s in found if s is not None), None)
 
+    def logged(self, name: str) -> tuple[Samples, ...]:
+        """All instances of a topic, by multi id, held values too."""
+        return tuple(s for key, s in sorted(self.samples.items()) if key[0] == name)
+
     def measured(self, *names: str) -> Samples | None:
         """As `first`, without held values."""
         for name in names:
@@ -94,7 +98,7 @@ class Px4Topics:
 
     def instances(self, name: str) -> tuple[Samples, ...]:
         """All instances of a topic that has measured samples, by multi id."""
-        found = [s.live() for key, s in sorted(self.samples.items()) if key[0] == name]
+        found = (s.live() for s in self.logged(name))
         return tuple(s for s in found if s.time_s.size)
 
 

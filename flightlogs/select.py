@@ -110,13 +110,14 @@ def _refuse_unmeasured(log: FlightLog, battery: BatteryLog, *, current_elsewhere
             "no_battery",
             f"{log.name}: {battery.label}: neither current nor voltage was measured: the power "
             "module is not connected or not configured; a current sensor's CSV can replace it "
-            "(--sensor) if the log tells the number of cells",
+            "(beside the log as NAME.sensor.csv, or --sensor) if the log tells the number of cells",
         )
     if no_current:
         raise Refusal(
             "no_current",
             f"{log.name}: {battery.label}: the current was not measured ({_unmeasured(log)}); give "
-            "the CSV of a current sensor (--sensor), or correct the power module's current input",
+            "the CSV of a current sensor (beside the log as NAME.sensor.csv, or --sensor), or "
+            "correct the power module's current input",
         )
     if no_voltage and not (current_elsewhere and battery.series):
         raise Refusal(

@@ -39,7 +39,7 @@ SYNC = b"\x2f\x73\x13\x20\x25\x0c\xbb\x12"
 DTYPE = {
     "bool": "?", "uint8_t": "<u1", "int8_t": "<i1", "uint16_t": "<u2", "int16_t": "<i2",
     "uint32_t": "<u4", "int32_t": "<i4", "uint64_t": "<u8", "int64_t": "<i8", "float": "<f4",
-    "double": "<f8",
+    "double": "<f8", "char": "<u1",
 }  # fmt: skip
 FIELD = re.compile(r"(\w+)(?:\[(\d+)\])? (\w+)")
 COMPATIBLE, APPENDED = bytes(8), b"\x01" + bytes(7)

@@ -138,8 +138,8 @@ def _of_csv(ask: Ask, choice: PackChoice) -> Drawn:
     assert ask.source is not None
     if ask.sensor or ask.battery is not None:
         raise WrongUse(
-            f"{click.format_filename(ask.source)} is no flight log: --sensor and --battery "
-            "belong to one"
+            f"{click.format_filename(ask.source)} is no flight log: "
+            f"{'--sensor' if ask.sensor else '--battery'} belongs to one"
         )
     name = printable(ask.source.name)
     try:

@@ -100,6 +100,46 @@ def test_the_battery_that_the_sensor_follows_is_taken_unless_another_is_asked_fo
     assert assemble(whole, sensor=by_thrust).battery == "battery_status[0], id 1"
 
 
+def test_what_a_sensor_recorded_before_the_log_is_not_drawn_in_this_flight() -> None:
+    """Of a flight before, perhaps with another pack; the start is told by the log's first rest."""
+    t = px4.times(10.0, -900.0)
+    earlier = np.where((t > -800) & (t < -100), 14.0, px4.current(t))
+    got = assemble(log(), sensor=AlignedSensor(time_s=t, current_A=earlier, fit=FIT))
+    assert got.time_s[0] >= -1.0
+    own = assemble(log(), sensor=AlignedSensor(time_s=t[t > 0], current_A=earlier[t > 0], fit=FIT))
+    assert float(got.current_A.max()) == float(own.current_A.max())
+
+
+@pytest.mark.parametrize("source", ["autopilot", "sensor"])
+def test_a_current_that_carries_no_multirotor_was_not_measured(source: str) -> None:
+    """Noise of a pin that is not wired: milliamperes, with peaks now and then."""
+    t = px4.times(5.0)
+    noise_A = 0.01 + 0.005 * np.sin(7 * t) + 3.0 * (np.arange(t.size) % 100 == 0)
+    unwired = log(px4.ulog({"battery": px4.pack(current_A=noise_A)}))
+    sensor = AlignedSensor(time_s=t, current_A=noise_A, fit=FIT) if source == "sensor" else None
+    with pytest.raises(Refusal, match=r"0\.015 A, which carries no multirotor") as caught:
+        assemble(unwired, sensor=sensor)
+    assert caught.value.code == "no_current"
+    assert f"({source})" in str(caught.value) or sensor is None
+
+
+def test_packs_are_told_by_the_battery_info_with_their_id() -> None:
+    """Whatever instance it has; where only the other pack's is there, this one has no serial."""
+    second = px4.other_pack(12.0, 16.0)
+    both = log(px4.ulog(more=[second, info(0, 2, "SNB"), info(1, 1, "SNA")]))
+    assert [b.serial for b in both.batteries] == ["SNA", "SNB"]
+    only = log(px4.ulog(more=[second, info(0, 2, "SNB")]))
+    assert [b.serial for b in only.batteries] == ["", "SNB"]
+
+
+def info(instance: int, number: int, serial: str) -> w.Topic:
+    code = np.frombuffer(serial.encode().ljust(32, b"\0"), dtype=np.uint8)
+    fields = {"uint8_t id": number, "char[32] serial_number": code[None, :]}
+    return w.Topic(
+        name="battery_info", time_s=np.array([px4.BOOT_S]), fields=fields, instance=instance
+    )
+
+
 def test_a_sensor_that_missed_the_flight_is_refused() -> None:
     t = px4.times(10.0, 46.0, 49.0)
     sensor = AlignedSensor(time_s=t, current_A=px4.current(t), fit=FIT)

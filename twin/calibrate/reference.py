@@ -105,7 +105,7 @@ def reference_test(
         between=between,
         ambient_K=ambient_K,
         temperature_K=table.temperature_K,
-        remarks=(said,),
+        remarks=(*table.remarks, said),
         cells_V=table.cells_V,
     )
     _check_charge(test, pack)
@@ -116,7 +116,7 @@ def reference_test(
         "rows left out at changes of the current, whose voltage is of the other side of it: "
         f"{mixed.sum()} (the first at {test.time_s[mixed][0]:.6g} s)"
     )
-    return replace(test, remarks=(said, left_out))
+    return replace(test, remarks=(*test.remarks, left_out))
 
 
 def discharge_sign(current: FloatArray, voltage: FloatArray, *, name: str) -> tuple[float, str]:

@@ -55,6 +55,7 @@ class MeasuredTable:
         temperature_K: of the battery, if there is such a column.
         ambient_K: of what surrounds it, likewise.
         cells_V: (cells, n) of each cell in the order of their numbers, if there are such columns.
+        remarks: what was left out or put in, counted.
     """
 
     name: str
@@ -64,6 +65,7 @@ class MeasuredTable:
     temperature_K: FloatArray | None
     ambient_K: FloatArray | None = None
     cells_V: FloatArray | None = None
+    remarks: tuple[str, ...] = ()
 
 
 def read_test(stream: TextIO, *, name: str) -> MeasuredTable:
@@ -71,8 +73,9 @@ def read_test(stream: TextIO, *, name: str) -> MeasuredTable:
 
     A header names quantity and unit: "Test Time / s", "Current [mA]", "voltage_V". Where several
     fit, the first is taken. Two columns or more such as "Cell 1 / V", "cell2_mV" are the voltages
-    of the cells, whose sum is that of the pack where no other column has it. Lines with an empty
-    cell in a column that is taken are left out.
+    of the cells, whose sum is that of the pack where no other column has it. Lines without time,
+    current or a voltage are left out, and those with a voltage of exactly 0, which is none; a
+    temperature that is not in every line runs straight from one to the next. `remarks` count them.
 
     Raises:
         CalibrationError: it is no CSV, a column is missing or there twice, there are fewer than two
@@ -91,10 +94,20 @@ def read_test(stream: TextIO, *, name: str) -> MeasuredTable:
     summed = bool(of_cells) and places["voltage_V"] == of_cells[0]
     taken = {q: place for q, place in places.items() if place is not None}
     taken |= {f"voltage of cell {k}": place for k, place in enumerate(of_cells, start=1)}
-    lines = [(number, row) for number, row in rows if _full(row, taken)]
+    told = [(number, row) for number, row in rows if any(map(str.strip, row))]
+    needed = {q: place for q, place in taken.items() if q not in OPTIONAL}
+    lines = [(number, row) for number, row in told if _full(row, needed)]
     columns = {q: _values(lines, place, q, name) for q, place in taken.items()}
     _check_temperatures(columns, taken, lines, header, name)
+    measured = np.all([v != 0 for q, v in columns.items() if "voltage" in q], axis=0)
+    remarks = _left_out(len(told) - len(lines), "without time, current or voltage")
+    remarks += _left_out(int((~measured).sum()), "with a voltage of 0, which is none")
+    lines = [line for line, kept in zip(lines, measured.tolist(), strict=True) if kept]
+    columns = {q: v[measured] for q, v in columns.items()}
     time_s = columns["time_s"]
+    for quantity in {*OPTIONAL} & {*columns}:
+        columns[quantity], said = _throughout(time_s, columns[quantity], quantity)
+        remarks += said
     if time_s.size < 2:
         raise CalibrationError(f"{name}: {time_s.size} samples: no test")
     if (stuck := np.flatnonzero(np.diff(time_s) <= 0)).size:
@@ -104,14 +117,16 @@ def read_test(stream: TextIO, *, name: str) -> MeasuredTable:
             f"({stuck.size} such lines): leave one of each pair out"
         )
     cells_V = np.array([v for q, v in columns.items() if q not in QUANTITIES])
+    warm = {q: v for q, v in columns.items() if q in OPTIONAL and v.size}
     return MeasuredTable(
         name=name,
         time_s=time_s - time_s[0],
         current_A=columns["current_A"],
         voltage_V=cells_V.sum(axis=0) if summed else columns["voltage_V"],
-        temperature_K=columns.get("temperature_K"),
-        ambient_K=columns.get("ambient_K"),
+        temperature_K=warm.get("temperature_K"),
+        ambient_K=warm.get("ambient_K"),
         cells_V=cells_V if cells_V.size else None,
+        remarks=remarks,
     )
 
 
@@ -183,6 +198,24 @@ def named(title: str) -> tuple[str, str]:
     return parts["what"], LONG_UNITS.get(parts["unit"], parts["unit"])
 
 
+def _left_out(lines: int, which: str) -> tuple[str, ...]:
+    said = f"lines {which}: {lines} were left out, the current runs on between those around them"
+    return (said,) if lines else ()
+
+
+def _throughout(
+    time_s: FloatArray, kelvin: FloatArray, quantity: str
+) -> tuple[FloatArray, tuple[str, ...]]:
+    """A temperature in every line, straight from one that was measured to the next; or in none."""
+    known = np.isfinite(kelvin)
+    if known.all():
+        return kelvin, ()
+    if not known.any():
+        return np.empty(0), (f"{quantity}: the column is empty",)
+    said = f"{quantity}: measured in {known.sum()} of {known.size} lines, straight in between"
+    return np.interp(time_s, time_s[known], kelvin[known]), (said,)
+
+
 def _full(row: Sequence[str], taken: Mapping[str, tuple[int, float, float]]) -> bool:
     return all(place < len(row) and row[place].strip() for place, _, _ in taken.values())
 
@@ -194,8 +227,10 @@ def _values(
     name: str,
 ) -> FloatArray:
     place, factor, offset = column
-    out = np.empty(len(lines))
+    out = np.full(len(lines), np.nan)
     for k, (line, row) in enumerate(lines):
+        if quantity in OPTIONAL and not _full(row, {quantity: column}):
+            continue
         try:
             out[k] = float(row[place])
         except ValueError as e:

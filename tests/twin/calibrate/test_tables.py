@@ -43,6 +43,33 @@ def test_a_temperature_in_celsius_is_that_of_the_surroundings() -> None:
     assert reference_test(table, cell_pack()).ambient_K == pytest.approx(293.15)
 
 
+def test_a_thermometer_that_is_read_now_and_then_takes_no_current_away() -> None:
+    """A pulse of 4 s between two readings of every tenth second."""
+    lines = [f"{t},{2 if 3 <= t < 7 else 0},4.0,{20 + t if t % 10 == 0 else ''}" for t in range(31)]
+    table = read("Time / s,Current / A,Voltage / V,Temperature / degC", *lines)
+    assert table.time_s.size == 31
+    assert table.current_A.sum() == pytest.approx(8.0)
+    assert table.temperature_K == pytest.approx(293.15 + table.time_s)
+    assert table.remarks == ("temperature_K: measured in 4 of 31 lines, straight in between",)
+    empty = read("Time / s,Current / A,Voltage / V,Temperature / degC", "0,1,4,", "1,1,4,")
+    assert empty.temperature_K is None
+    assert empty.remarks == ("temperature_K: the column is empty",)
+
+
+def test_lines_that_measured_nothing_are_left_out_and_counted() -> None:
+    """A voltage of exactly 0 is that of a channel that dropped out."""
+    rows = "0,0,4.1", "1,2,4.0", "2,2,", "3,2,0.0", "", "4,2,3.9"
+    table = read("Time / s,Current / A,Voltage / V", *rows)
+    assert table.voltage_V == pytest.approx([4.1, 4.0, 3.9])
+    assert [r.split(" were")[0] for r in table.remarks] == [
+        "lines without time, current or voltage: 1",
+        "lines with a voltage of 0, which is none: 1",
+    ]
+    assert reference_test(table, cell_pack()).remarks[:2] == table.remarks
+    cells = read("Time / s,Current / A,Cell 1 / V,Cell 2 / V", "0,0,4,4", "1,1,4,0", "2,1,4,4")
+    assert cells.voltage_V == pytest.approx([8.0, 8.0])
+
+
 UNCLOSED = '"' + "1,2,3\n" * 30_000  # more than the csv module takes for one cell
 
 
