@@ -2,7 +2,6 @@
 
 import asyncio
 import logging
-import signal
 from collections.abc import Generator, Sequence
 from concurrent.futures import CancelledError
 from contextlib import ExitStack
@@ -11,6 +10,7 @@ from typing import Any
 import click
 
 from analyze.checks import WrongUse
+from analyze.interrupt import ignored
 from analyze.job import Failed, Job, Outcome, run
 from reports.fleet import Failure
 
@@ -65,7 +65,7 @@ def _distributed(
             Client(cluster, timeout=CONNECT_S)  # type: ignore[no-untyped-call]
         )
         if scheduler is None:
-            client.run(_ignore_ctrl_c)
+            client.run(ignored)
         elif not client.nthreads():
             click.echo(f"--scheduler {scheduler}: no workers yet: waiting for one", err=True)
         waiting = {future: job for job in jobs for future in [client.submit(run, job, pure=False)]}
@@ -93,11 +93,6 @@ def _find(scheduler: str) -> None:
         asyncio.run(ask())
     except (OSError, ValueError) as e:  # ValueError: it is no address
         raise WrongUse(f"--scheduler {scheduler}: no Dask scheduler answers there: {e}") from e
-
-
-def _ignore_ctrl_c() -> None:
-    """On a worker: a terminal's Ctrl-C reaches it too, but it is the command that ends it."""
-    signal.signal(signal.SIGINT, signal.SIG_IGN)
 
 
 def _outcome(job: Job, future: Any) -> Outcome:

@@ -28,6 +28,11 @@ def leave_with(command: Callable[[], int]) -> NoReturn:
     sys.exit(code)
 
 
+def ignored() -> None:
+    """In a worker: a terminal's Ctrl-C reaches it too, but it is the command that ends it."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+
+
 @contextmanager
 def held() -> Iterator[None]:
     """Ctrl-C is heard at the end of this; pressed again it ends the program."""

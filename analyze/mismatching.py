@@ -32,9 +32,9 @@ BUILT_IN = (
     "difference between that cell and the pack's own. Calibrate first, with `twin calibrate`."
 )
 UNSTATED = (
-    "Nobody states by how much this twin errs: it is taken for as exact as its numerics, and what "
-    "it errs by may have been given a name. `twin calibrate` to two tests or more writes it into "
-    "the pack file, as twin.cell_error_mv."
+    "The pack file does not state by how much this twin errs (twin.cell_error_mv): it is taken for "
+    "as exact as its numerics, and part of its own error may have been named as an effect. "
+    "`twin calibrate` with two tests or more writes that number."
 )
 
 

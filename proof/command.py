@@ -56,7 +56,7 @@ def run(request: Request) -> int:
     if missing := [name for name in NEEDED if find_spec(name) is None]:
         raise WrongUse(
             f"{' and '.join(missing)} not installed: the truths of twin prove are made by another "
-            "simulator and sealed: pip install 'drone-battery-health[proof]'"
+            "simulator and sealed: pip install '.[proof]' in a clone"
         )
     with writable(request.out):
         if folder := in_the_way(request.out):

@@ -2,7 +2,6 @@
 
 import multiprocessing
 import shutil
-import signal
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from concurrent.futures import (
     FIRST_COMPLETED,
@@ -18,6 +17,7 @@ from functools import partial
 from pathlib import Path
 from typing import Any, TypeVar
 
+from analyze.interrupt import ignored
 from proof.baselines import baselines
 from proof.capacity import predicted_capacity_C
 from proof.compare import adopted, opened
@@ -239,9 +239,5 @@ def _judged(
 def _processes(jobs: int) -> Iterator[Executor]:
     """Workers that leave Ctrl-C to the program they work for."""
     context = multiprocessing.get_context("spawn")
-    with ProcessPoolExecutor(jobs, mp_context=context, initializer=_deaf) as pool:
+    with ProcessPoolExecutor(jobs, mp_context=context, initializer=ignored) as pool:
         yield pool
-
-
-def _deaf() -> None:
-    signal.signal(signal.SIGINT, signal.SIG_IGN)

@@ -97,7 +97,7 @@ def _document(text: str, name: str) -> dict[str, Any]:
     try:
         document = json.loads(text)
     except json.JSONDecodeError as e:
-        raise CellError(f"{name}: no JSON: {e}") from e
+        raise CellError(f"{name}: not valid JSON: {e}") from e
     if not isinstance(document, dict) or "Header" not in document:
         raise CellError(f"{name}: JSON without a Header: no BPX file")
     for section in ("Header", "Parameterisation"):

@@ -122,7 +122,7 @@ def parse_pack_file(text: str, *, name: str) -> PackFile:
     try:
         document = tomllib.loads(text)
     except (ValueError, RecursionError) as e:  # of numbers and lists beyond what Python reads too
-        raise PackFileError(f"{name}: no TOML: {e}") from e
+        raise PackFileError(f"{name}: not valid TOML: {e}") from e
     try:
         file = PackFile.model_validate(document)
         mechanics_of(file)

@@ -43,14 +43,15 @@ def main() -> None:
     "--ambient-c",
     metavar="NUMBERS",
     callback=numbers(*CELSIUS),
-    help="Temperatures, e.g. -10,0,25,40: one case each; pack and air begin with it.",
+    help="Temperatures in °C, e.g. -10,0,25,40: one case each; pack and air begin with it. By "
+    "itself as the recording or the pack file says.",
 )
 @click.option(
     "--c-rate",
     metavar="NUMBERS",
     callback=numbers(0.0),
-    help="Rates, e.g. 0.5,1,2,3: constant currents down to the cut-off, in place of a load; one "
-    "case each.",
+    help="C-rates (multiples of the capacity per hour), e.g. 0.5,1,2,3: constant currents down to "
+    "the cut-off, in place of a load; one case each.",
 )
 @click.option(
     "--scale",
@@ -92,8 +93,8 @@ def replay(**options: object) -> None:
     "--ambient-c",
     metavar="NUMBERS",
     callback=numbers(*CELSIUS),
-    help="Temperatures, e.g. -10,0,25,40: one life each, in folders -10C, 0C, ... of --out; pack "
-    "and air begin with it.",
+    help="Temperatures in °C, e.g. -10,0,25,40: one life each, in folders -10C, 0C, ... of --out; "
+    "pack and air begin with it. By itself as the recording or the pack file says.",
 )
 @regime_options
 @click.option(
@@ -165,7 +166,7 @@ def age(**options: object) -> None:
     metavar="N",
     default=0,
     show_default=True,
-    help="Of the random numbers of the search: the same, the same search.",
+    help="Of the random numbers of the search: with the same seed it is the same search.",
 )
 @click.option(
     "--resume",
@@ -220,7 +221,7 @@ def calibrate(**options: object) -> None:
     type=AnyFile,
     metavar="LOG...",
     help="Recordings of the same pack on which all is judged: all up to the next option. Without "
-    "it the last of several LOGs, or every second of seven parts of a single one.",
+    "it the last of several LOGs; of a single one parts 2, 4 and 6 of seven.",
 )
 @click.option(
     "--pack",
@@ -266,7 +267,8 @@ def calibrate(**options: object) -> None:
 def explain(**options: object) -> None:
     """Say where recordings of a pack and its twin differ, and what was left out.
 
-    A LOG is a flight log or a CSV with time, current and voltage. Each known effect (of the cell,
+    A LOG is a flight log or a CSV with time, current and voltage; a current sensor's CSV beside a
+    log (flight.sensor.csv or flight.csv) is used. Each known effect (of the cell,
     its ageing, the pack, the instruments) is fitted to the recordings and judged on what was not
     fitted; what is real and has no name among them is said to be unknown. explain.html shows it.
 
@@ -335,7 +337,7 @@ def prove(**options: object) -> None:
     is sealed, the verdict is written, then it is opened; ledger.jsonl has the hashes in that order.
     Beside each named effect stand a refit of the twin without new physics, a correction of the
     voltage without physics, and an effect drawn by chance. 60 trials take about 45 minutes on two
-    processors. Needs the extra: pip install 'drone-battery-health[proof]'.
+    processors. Needs the extra `proof`: pip install '.[proof]' in a clone.
 
     Writes proof.html, proof.json, ledger.jsonl, and a folder a trial: what was asked, the verdict,
     the truth.

@@ -4,7 +4,6 @@ import json
 from collections.abc import Callable
 from dataclasses import asdict, dataclass
 from pathlib import Path
-from typing import Any
 
 import click
 import numpy as np
@@ -19,9 +18,9 @@ from analyze.workbench.listing import print_table
 from analyze.workbench.watch import watching
 from twin.ageing import Regime
 from twin.calibrate.ageing import AgedFit, LifeProgress, fit_life, told_of_life
-from twin.calibrate.answer import Combination, Estimate, Verdict
+from twin.calibrate.answer import Estimate, Verdict
 from twin.calibrate.check_ups import CheckUps, read_check_ups
-from twin.calibrate.out import toml_text
+from twin.calibrate.out import combination, toml_text
 from twin.calibrate.polish import MOST_STEPS
 from twin.calibrate.table import CalibrationError
 from twin.effects import Sei
@@ -77,7 +76,7 @@ def _read(path: Path) -> CheckUps:
         with path.open(encoding="utf-8-sig", newline="") as stream:
             return read_check_ups(stream, name=name)
     except UnicodeDecodeError as e:
-        raise CalibrationError(f"{name}: no CSV: {e}") from e
+        raise CalibrationError(f"{name}: not a readable CSV: {e}") from e
 
 
 def _fitted(pack: Pack, regime: Regime, ups: CheckUps) -> tuple[LifeProgress, bool]:
@@ -143,8 +142,8 @@ def _fit_text(told: AgedFit) -> str:
             "names": told.answer.names,
             "matrix": np.round(told.answer.correlations, 4).tolist(),
         },
-        "stiff": [_combination(c) for c in told.answer.stiff],
-        "sloppy": [_combination(c) for c in told.answer.sloppy],
+        "stiff": [combination(c) for c in told.answer.stiff],
+        "sloppy": [combination(c) for c in told.answer.sloppy],
         "check_ups": {
             "cycle": told.ups.cycle.tolist(),
             "capacity_ah": (told.ups.capacity_C / 3600).tolist(),
@@ -153,7 +152,3 @@ def _fit_text(told: AgedFit) -> str:
         },
     }  # fmt: skip
     return json.dumps(document, indent=2, allow_nan=False) + "\n"
-
-
-def _combination(c: Combination) -> dict[str, Any]:
-    return {"std": min(c.std, 1e9), "loadings": dict(c.loadings)}

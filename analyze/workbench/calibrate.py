@@ -217,7 +217,7 @@ def _read(
     try:
         table = read_test(io.StringIO(content.decode("utf-8-sig"), newline=""), name=name)
     except UnicodeDecodeError as e:
-        raise CalibrationError(f"{name}: no CSV: {e}") from e
+        raise CalibrationError(f"{name}: not a readable CSV: {e}") from e
     test = reference_test(table, pack, between=Between(between), ambient_K=ambient_K)
     return test, SourceFile(name=name, sha256=hashlib.sha256(content).hexdigest())
 

@@ -33,7 +33,7 @@ def revealed_of(
             with path.open(encoding="utf-8-sig", newline="") as stream:
                 table = read_hidden_csv(stream, name=name)
         except UnicodeDecodeError as e:
-            raise MismatchError(f"{name}: no CSV") from e
+            raise MismatchError(f"{name}: not a readable CSV (UTF-8 text with commas)") from e
         flight = belongs_to(path, recordings)
         own = drawn[flight]
         better = None if effects is None else replace(own.pack, effects=effects)

@@ -8,7 +8,8 @@ import numpy as np
 from proof.baselines import BASE
 from proof.outcome import Baseline, Judged, Outcome, Proof
 from proof.page.spread import Method, spread
-from proof.page.words import mV, plural
+from proof.page.words import plural
+from reports.mismatch.summary import mV
 from reports.quantity import MISSING, fixed, significant
 from reports.section import Cell, Column, Figure, Section, Table
 

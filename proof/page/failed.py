@@ -2,8 +2,9 @@
 
 from proof.outcome import Judged, Outcome, Proof
 from proof.page.baselines import won
-from proof.page.words import mV, plural, probabilities, times, verdict, why
+from proof.page.words import plural, probabilities, times, verdict, why
 from proof.targets import over_floor
+from reports.mismatch.summary import mV
 from reports.quantity import significant
 from reports.section import Cell, Column, Notice, Section, Severity, Table
 

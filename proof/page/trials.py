@@ -3,8 +3,9 @@
 from collections.abc import Sequence
 
 from proof.outcome import Judged, Outcome, Proof
-from proof.page.words import mV, plural, probabilities, times, verdict
+from proof.page.words import plural, probabilities, times, verdict
 from proof.tally import control, recorded, simulated
+from reports.mismatch.summary import mV
 from reports.quantity import MISSING
 from reports.section import Cell, Column, Section, Table
 

@@ -36,11 +36,6 @@ def short(text: str, longest: int = LONGEST) -> str:
     return f"{text[:half]}…{text[-half:]}"
 
 
-def mV(volts: float) -> str:
-    """As it is printed."""
-    return fixed(1e3 * volts, 1)
-
-
 def times(strength: float) -> str:
     """Of the floor."""
     return f"{significant(strength, 2)} ×"

@@ -63,7 +63,7 @@ def test_with_a_pack_file_a_cause_is_named(monkeypatch: pytest.MonkeyPatch) -> N
     assert isinstance(finding, Finding)
     assert [e.id for e in finding.effects] == ["series_resistance"]
     (remark,) = finding.remarks
-    assert remark.startswith("Nobody states by how much this twin errs")
+    assert remark.startswith("The pack file does not state by how much this twin errs")
     told = found(replace(CALIBRATED, cell_error_V=1e-4), flight)
     assert told.remarks == ()
     (remark,) = found(example.pack(), flight).remarks

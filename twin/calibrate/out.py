@@ -141,8 +141,8 @@ def fit_text(found: Calibration, more: Mapping[str, Any] | None = None) -> str:
         "held": told.held,
         "derived": [_estimate(e) for e in told.derived],
         "correlations": {"names": told.names, "matrix": np.round(told.correlations, 4).tolist()},
-        "stiff": [_combination(c) for c in told.stiff],
-        "sloppy": [_combination(c) for c in told.sloppy],
+        "stiff": [combination(c) for c in told.stiff],
+        "sloppy": [combination(c) for c in told.sloppy],
         "tests": [
             _test(f) | {"correlated_samples": told.correlated_samples[f.name]} for f in found.fitted
         ],
@@ -180,7 +180,8 @@ def _estimate(e: Estimate) -> dict[str, Any]:
     }  # fmt: skip
 
 
-def _combination(c: Combination) -> dict[str, Any]:
+def combination(c: Combination) -> dict[str, Any]:
+    """As JSON has it."""
     return {"std": min(c.std, 1e9), "loadings": dict(c.loadings)}
 
 

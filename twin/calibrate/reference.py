@@ -56,9 +56,7 @@ class ReferenceTest:
 
     def drawn_C(self) -> FloatArray:
         """(n,) charge drawn from the cell up to each sample."""
-        dt, i = np.diff(self.time_s), self.current_A
-        mean = i[:-1] if self.between is Between.HOLD else (i[:-1] + i[1:]) / 2
-        return np.concatenate([[0.0], np.cumsum(dt * mean)])
+        return self.load().drawn_C()
 
     def load(self) -> Load:
         """What it draws, in its surroundings."""

@@ -22,8 +22,8 @@ def of_weights(problem: Problem) -> list[str]:
     if middle_V > MISSED_V:
         out.append(
             f"the twin misses these tests by about {1e3 * middle_V:.1f} mV a cell, more than the "
-            f"{1e3 * MISSED_V:.0f} mV that one may: beside what is known beforehand they count for "
-            "less"
+            f"{1e3 * MISSED_V:.0f} mV allowed: the tests get less weight against what is known "
+            "beforehand"
         )
     less = [t.name for t, v in zip(problem.tests, missed_V, strict=True) if v > OTHERS * middle_V]
     if less:

@@ -140,7 +140,7 @@ def csv_lines(stream: TextIO, *, name: str) -> Iterator[tuple[int, list[str]]]:
         for row in rows:
             yield rows.line_num, row
     except csv.Error as e:
-        raise CalibrationError(f"{name}, line {rows.line_num}: no CSV: {e}") from e
+        raise CalibrationError(f"{name}, line {rows.line_num}: not a readable CSV: {e}") from e
 
 
 def not_there(quantities: Sequence[str], header: Sequence[str]) -> str:

@@ -45,12 +45,6 @@ class Waveform:
         """Over time: every sample stands for as long as another."""
         return float(self.current_A.mean())
 
-    @cached_property
-    def square_A2(self) -> float:
-        """Mean of the square, the current running straight from sample to sample."""
-        i, after = self.current_A, np.roll(self.current_A, -1)
-        return float(np.mean(i * i + i * after + after * after) / 3)
-
     def load(self, charge_C: float, ambient_K: float) -> Load:
         """Repeated until `charge_C` is drawn."""
         periods = int(np.ceil(charge_C / (self.mean_A * self.period_s)))

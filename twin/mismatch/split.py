@@ -350,8 +350,8 @@ def _blocks(flight: Flight) -> tuple[Flight, Flight]:
     fitted, held_out = (flight.judged & inside & (number % 2 == place) for place in range(2))
     if (least := min(map(np.count_nonzero, (fitted, held_out)))) < LEAST_OF_A_PART:
         raise MismatchError(
-            f"{flight.name}: of every second of its {BLOCKS} parts {least} samples are left, "
-            f"expected {LEAST_OF_A_PART} or more: give a recording without such gaps, or a second "
-            "one to hold out"
+            f"{flight.name}: of its {BLOCKS} parts, fitted and held out in turn, one side has "
+            f"{least} samples, expected {LEAST_OF_A_PART} or more: give a recording without such "
+            "gaps, or another one to hold out"
         )
     return replace(flight, judged=fitted), replace(flight, judged=held_out)

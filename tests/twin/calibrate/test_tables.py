@@ -75,11 +75,11 @@ UNCLOSED = '"' + "1,2,3\n" * 30_000  # more than the csv module takes for one ce
 
 @pytest.mark.parametrize("header", ["Time / s,Current / A,Voltage / V\n0,0,4\n", ""])
 def test_a_quote_that_is_not_closed_is_told_with_its_line(header: str) -> None:
-    with pytest.raises(CalibrationError, match=r"t\.csv, line \d+: no CSV: field larger"):
+    with pytest.raises(CalibrationError, match=r"t\.csv, line \d+: not a readable CSV: field"):
         read_test(io.StringIO(header + UNCLOSED), name="t.csv")
-    with pytest.raises(CalibrationError, match=r"l\.csv, line \d+: no CSV: field larger"):
+    with pytest.raises(CalibrationError, match=r"l\.csv, line \d+: not a readable CSV: field"):
         read_check_ups(io.StringIO("Cycle,Capacity / Ah\n" + UNCLOSED), name="l.csv")
-    with pytest.raises(MismatchError, match=r"h\.csv, line \d+: no CSV: field larger"):
+    with pytest.raises(MismatchError, match=r"h\.csv, line \d+: not a readable CSV: field"):
         read_hidden_csv(io.StringIO("time_s,temperature_c\n" + UNCLOSED), name="h.csv")
 
 
