@@ -86,7 +86,7 @@ def test_a_full_pack_is_not_at_its_end_where_noise_of_an_idle_current_charges_it
 def test_a_recording_of_which_nothing_would_be_held_out_is_refused() -> None:
     flight = flown(seed=1)
     there = (flight.time_s < 15) | (flight.time_s > 105)
-    with pytest.raises(MismatchError, match="of its 7 parts, .* one side has 0 samples"):
+    with pytest.raises(MismatchError, match=r"of its 7 parts, .* one side has 0 samples"):
         split([replace(flight, judged=there)], [])
 
 
