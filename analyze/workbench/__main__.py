@@ -307,8 +307,8 @@ def explain(**options: object) -> None:
     "--recordings",
     type=click.Path(exists=True, file_okay=False, path_type=Path),
     metavar="DIR",
-    help="Folder with the public recordings (docs/recordings.md says which and where from); trials on "
-    "real cells are made of those that are there.",
+    help="Folder with the public recordings (docs/recordings.md says which and where from); of those "
+    "that are there trials on real cells are made.",
 )
 @click.option(
     "--anew",
