@@ -307,8 +307,8 @@ def explain(**options: object) -> None:
     "--recordings",
     type=click.Path(exists=True, file_okay=False, path_type=Path),
     metavar="DIR",
-    help="Folder with the public recordings (docs/recordings.md says which and where from): a trial "
-    "on a real cell is made of each that is there.",
+    help="Folder with the public recordings (docs/recordings.md says which, and where from); what "
+    "is there is used.",
 )
 @click.option(
     "--anew",

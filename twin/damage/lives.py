@@ -142,9 +142,9 @@ def _lifetime(projection: Projection, *errors: Error) -> Lifetime:
 def _by_pack(own: Projection, others: Sequence[Projection]) -> Error:
     """Of the logarithm of flights: how far the lives of other packs lie from this one's.
 
-    Of a life that ends before the share that was asked for, the flights up to there.
+    Of a life that ends before the share that was asked for, the flights up to there, one at least.
     """
-    flights = [p.reached if np.isfinite(p.reached) else p.flights[-1] for p in others]
+    flights = [p.reached if np.isfinite(p.reached) else max(p.flights[-1], 1.0) for p in others]
     away = np.log(np.array(flights) / own.reached)
     return Error(std=float(np.sqrt(np.mean(away**2))), freedom=away.size)
 

@@ -71,6 +71,13 @@ class _Unfinished(Exception):
     """A cycle could not be completed; the text says where and why."""
 
 
+def _completed(aged: Aged) -> Aged:
+    """`aged`, of a whole cycle; _Unfinished."""
+    if aged.cycle.status is not Status.DONE:
+        raise _Unfinished(f"in the {aged.cycle.stopped_in} {aged.cycle.status.value}")
+    return aged
+
+
 class _Life:
     def __init__(self, pack: Pack, regime: Regime, share: float) -> None:
         self._pack, self._regime = pack, regime
@@ -79,11 +86,13 @@ class _Life:
         self._share = share
 
     def all(self) -> Projection:
-        first, *_, aged = islice(age(self._pack, self._regime), SETTLED + 1)
-        whole_C = first.cycle.health.capacity_C
-        flights, capacity = [0.0, float(aged.cycle.number)], [whole_C, aged.cycle.health.capacity_C]
-        fades_C, ended = [], ""
+        begun = list(islice(age(self._pack, self._regime), SETTLED + 1))
+        whole_C = begun[0].cycle.health.capacity_C
+        flights, capacity, fades_C, ended = [0.0], [whole_C], [], ""
         try:
+            aged = _completed(begun[-1])
+            flights.append(float(aged.cycle.number))
+            capacity.append(aged.cycle.health.capacity_C)
             while capacity[-1] > self._share * whole_C and len(flights) < MOST_STEPS:
                 aged, count, fade_C = self._step(aged, flights[-1], STEP_SHARE * whole_C)
                 flights.append(flights[-1] + count)
@@ -106,11 +115,7 @@ class _Life:
 
     def _rate(self, aged: Aged) -> _Rate:
         """Of the second of two cycles: the first lets charge and gradients settle."""
-        cycles = list(islice(age(self._pack, self._regime, after=aged), 2))
-        last = cycles[-1].cycle
-        if len(cycles) < 2 or last.status is not Status.DONE:
-            raise _Unfinished(f"in the {last.stopped_in} {last.status.value}")
-        first, second = cycles
+        first, second = map(_completed, islice(age(self._pack, self._regime, after=aged), 2))
         change = self._straight(second.state) - self._straight(first.state)
         fade_C = second.cycle.health.capacity_C - first.cycle.health.capacity_C
         return _Rate(second, change, fade_C)

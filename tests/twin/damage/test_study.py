@@ -1,5 +1,6 @@
 """The flight as it was flown, and the life of a pack, against what they must agree with."""
 
+from collections.abc import Iterator
 from dataclasses import replace
 from itertools import islice
 
@@ -8,7 +9,7 @@ import numpy.typing as npt
 import pytest
 from scipy.interpolate import PchipInterpolator
 
-from twin.ageing import Regime, age
+from twin.ageing import Aged, Regime, age
 from twin.builtin import load_cell
 from twin.damage import (
     MEASURES,
@@ -32,6 +33,7 @@ from twin.damage import (
 )
 from twin.damage.attribution import between, started
 from twin.damage.cost import total
+from twin.damage.lives import _by_pack
 from twin.damage.loss import Ledger
 from twin.damage.orders import orders
 from twin.damage.study import widened
@@ -307,6 +309,29 @@ def test_a_life_that_cannot_go_on_says_why(pack: Pack) -> None:
     told = life(worn, Regime(load=constant(16.0, 1.0).load(0.99 * most_C, 298.15), rest_s=0.0))
     assert np.isnan(told.reached)
     assert "in the flight" in told.ended
+
+
+@pytest.mark.parametrize(("last", "flights"), [(0, [0]), (1, [0]), (3, [0]), (4, [0, 3])])
+def test_a_life_that_ends_in_its_first_cycles_says_why(
+    pack: Pack, monkeypatch: pytest.MonkeyPatch, last: int, flights: list[int]
+) -> None:
+    """One drawn pack that was too weak cost the report of its flight."""
+
+    def short(own: Pack, regime: Regime, *, after: Aged | None = None) -> Iterator[Aged]:
+        for a in age(own, regime, after=after):
+            if a.cycle.number == last:
+                cut = {"status": Status.LOWER_CUT_OFF, "stopped_in": "flight"}
+                yield replace(a, cycle=replace(a.cycle, **cut))
+                return
+            yield a
+
+    monkeypatch.setattr("twin.damage.projection.age", short)
+    regime = Regime(load=constant(16.0, 1.0).load(800.0, 298.15))
+    told = life(ageing(pack), regime)
+    assert np.isnan(told.reached)
+    assert told.ended.startswith("in the flight ")
+    assert told.flights.tolist() == flights
+    assert np.isfinite(_by_pack(replace(told, reached=100.0), [told]).std)
 
 
 def test_films_are_carried_over_hundreds_of_flights_as_roots(
