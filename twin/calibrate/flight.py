@@ -124,17 +124,19 @@ def fit_flight(pack: Pack, flown: Flown, known: Known) -> FlightFit | NotFitted:
         return NotFitted("its voltage tells nothing that was not known before")
     kept = [f for f, t in zip(free, told, strict=True) if t]
     q[~told] = 0.0
-    if not told.all():
-        q[told] = _least(FlightProblem(pack, flown, kept, sigma_V), q[told])
+    untold = [f for f, t in zip(free, told, strict=True) if not t]
+    guessed = [f for f in untold if f.parameter.name == "capacity_C"]
+    stands = changed(pack, guessed, np.zeros(len(guessed)))
+    if untold:
+        q[told] = _least(FlightProblem(stands, flown, kept, sigma_V), q[told])
     before_V = _before_V(pack, coarse)
-    after_V = _held_out_V(FlightProblem(pack, coarse, kept, coarse_V), q[told])
+    after_V = _held_out_V(FlightProblem(stands, coarse, kept, coarse_V), q[told])
     if after_V > LEAST_GAIN * before_V:
         return NotFitted(
             f"a fit to a part of it predicts the rest no better ({1000 * after_V:.0f} mV) than "
             f"the pack as it was known ({1000 * before_V:.0f} mV)"
         )
-    put = told | np.array([f.parameter.name == "capacity_C" for f in free])
-    fitted = changed(pack, [f for f, t in zip(free, put, strict=True) if t], q[put])
+    fitted = changed(stands, kept, q[told])
     knowledge = _knowledge(problem, q)
     return FlightFit(
         pack=fitted,

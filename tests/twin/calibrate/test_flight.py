@@ -148,6 +148,23 @@ def test_without_the_charge_the_capacity_is_left_alone() -> None:
     assert found.pack.capacity_C == GUESS.capacity_C
 
 
+def test_what_is_fitted_and_validated_is_the_pack_that_is_returned(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """A capacity that nobody knows and a flight does not tell is that of its prior."""
+    monkeypatch.setattr("twin.calibrate.flight.TOLD", 0.1)  # this flight tells it to 0.15
+    small = replace(GUESS, capacity_C=0.8 * 3600)
+    flight = flown(hidden(1), length_s=60.0, seed=1)
+    found = fit_flight(small, flight, replace(KNOWN, capacity=False))
+    assert isinstance(found, FlightFit)
+    (capacity,) = (e for e in found.estimates if e.name == "capacity_C")
+    assert capacity.verdict is Verdict.PRIOR
+    assert found.pack.capacity_C == pytest.approx(600.0 * flight.median_A)
+    load = replace(flight.load, ambient_K=found.ambient_K)
+    left = (flight.voltage_V - simulate(found.pack, load).require().voltage_V)[flight.in_air]
+    assert np.sqrt(np.mean(left**2)) < 1.1 * np.hypot(found.held_out_after_V, NOISE_V)
+
+
 def test_a_measured_temperature_is_believed() -> None:
     flight = flown(replace(hidden(0), initial_K=GUESS.initial_K), length_s=120.0, seed=0)
     found = fit_flight(GUESS, flight, replace(KNOWN, temperature=True))
