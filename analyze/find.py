@@ -86,7 +86,7 @@ def _is_file(path: Path) -> bool:
 def _files_below(
     folders: Sequence[Path], besides: Path, unreadable: list[tuple[Path, str]]
 ) -> Iterator[Path]:
-    """All files; a folder that cannot be listed, or entered, is put to `unreadable`."""
+    """All files; a folder or link that cannot be entered is put to `unreadable`."""
 
     def fail(e: OSError) -> None:
         unreadable.append((Path(e.filename), e.strerror or str(e)))
@@ -102,4 +102,9 @@ def _files_below(
                 d for d in below if not d.startswith(".") and (here / d).resolve() != besides
             )
             others = sorted(set(names) - results_among(names))
-            yield from (here / name for name in others if (here / name).is_file())
+            for path in (here / name for name in others):
+                try:
+                    if path.is_file():
+                        yield path
+                except OSError as e:  # a link to where nobody may look, or with too long a name
+                    unreadable.append((path, e.strerror or str(e)))

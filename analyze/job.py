@@ -16,7 +16,7 @@ from analyze.names import printable
 from analyze.output import kept_result, write_flight
 from analyze.pack_choice import PackChoice
 from analyze.pipeline import Inputs, analyse
-from analyze.version import version
+from analyze.version import OF_A_REPORT, code_sha256
 from flightlogs.errors import LogError, Refusal
 from reports.fleet import Failure
 from reports.result import Result
@@ -119,7 +119,7 @@ def _inputs(job: Job) -> Inputs:
     log_sha256 = sha256_of(job.log)
     pack_sha256 = job.pack.sha256 if job.pack else ""
     options = f"{job.battery} {job.thorough} {job.sensor is not None} {job.serial}"
-    everything = (log_sha256, sensor_sha256, pack_sha256, options, version())
+    everything = (log_sha256, sensor_sha256, pack_sha256, options, code_sha256(*OF_A_REPORT))
     return Inputs(
         log=job.log,
         log_sha256=log_sha256,

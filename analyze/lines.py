@@ -1,5 +1,7 @@
 """What the terminal says, one line at a time."""
 
+import click
+
 from analyze.job import Done
 from reports.fleet import Failure
 from reports.quantity import fixed, minutes
@@ -10,7 +12,7 @@ INDENT = "\n    "
 
 def done_line(done: Done) -> str:
     """One flight, and where its page is."""
-    result, page = done.result, done.job.folder / "report.html"
+    result, page = done.result, click.format_filename(done.job.folder / "report.html")
     verb = "kept    " if done.kept else "analysed"
     return (
         f"{verb}  {done.job.shown}: {minutes(result.flight.in_air_s)} min in flight"

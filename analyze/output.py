@@ -69,6 +69,15 @@ def read_result(folder: Path) -> Result | None:
         return None
 
 
+def log_of(folder: Path) -> str | None:
+    """Hash of the log whose result is in `folder`, also of one that another version wrote."""
+    try:
+        flight = json.loads((folder / RESULT).read_bytes())["flight"]
+        return str(flight["sha256"])
+    except (OSError, ValueError, LookupError, TypeError):
+        return None
+
+
 def is_foreign(folder: Path) -> bool:
     """Whether there is something at `folder` and none of it is a file of a flight, whole or not.
 

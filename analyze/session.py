@@ -14,7 +14,7 @@ from analyze.interrupt import Asked, remembered
 from analyze.job import Done, Job, Outcome, sha256_of
 from analyze.lines import closing_line, done_line, failed_line
 from analyze.names import free_name, printable
-from analyze.output import is_foreign, read_result, write_fleet
+from analyze.output import is_foreign, log_of, write_fleet
 from analyze.pack_choice import PackChoice
 from analyze.progress import progress
 from analyze.version import version
@@ -143,8 +143,7 @@ def _taken(out: Path, digest: str, used: set[str]) -> Callable[[str], bool]:
     def taken(name: str) -> bool:
         if name.casefold() in used or is_foreign(out / name):
             return True
-        earlier = read_result(out / name)
-        return earlier is not None and earlier.flight.sha256 != digest
+        return log_of(out / name) not in (None, digest)
 
     return taken
 

@@ -25,7 +25,7 @@ def life_rows(lives: Lives) -> tuple[Row, ...]:
             else f"{always}: {_why(soon)}",
         ),
         Row(
-            label="What gentler flying would save",
+            label="Flights if flown more gently",
             value=_reached(gentle),
             unit="flights" if _known(gentle) else "",
             note=f"{same}; as flown {_reached(soon)}"

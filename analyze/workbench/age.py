@@ -10,7 +10,7 @@ import click
 from analyze.checks import WrongUse, checked_pack, writable
 from analyze.interrupt import Asked, asked_to_stop
 from analyze.pack_choice import PackChoice
-from analyze.version import version
+from analyze.version import code_sha256, version
 from analyze.workbench.ageing_table import (
     CELLS_HEADER,
     HEADER,
@@ -97,7 +97,7 @@ def _begun(request: Request, drawn: Drawn, choice: PackChoice) -> Life:
         "pack": pack_sha256(choice, drawn.use),
         "load": load_sha256(drawn.load),
         "protocol": _in_words(regime),
-        "version": version(),
+        "version": f"{version()}, {code_sha256('twin')[:16]}",
     }
     found = _found(request, identity)
     return Life(

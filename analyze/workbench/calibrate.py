@@ -21,6 +21,7 @@ from analyze.workbench.calibrated_files import (
     Frame,
     in_the_way,
     keep_search,
+    of_another,
     write_fit,
     write_page,
 )
@@ -93,10 +94,11 @@ class Request:
     def _refuse_others(self, shown: str) -> None:
         if folder := in_the_way(self.files):
             raise WrongUse(f"{click.format_filename(folder)} is a folder: move it out of the way")
-        if self.out.exists() and not (self.files.fit.exists() or self.files.ageing.exists()):
+        if other := of_another(self.files):
             raise WrongUse(
-                f"--out {shown} is there and not from an earlier calibration (there is no "
-                f"{self.files.fit.name} beside it): it is not replaced, give another name"
+                f"{click.format_filename(other)} is there and not from an earlier calibration "
+                f"(there is no {self.files.fit.name} beside it), and --out {shown} would replace "
+                "it: give another name"
             )
         if not self.tests and self.files.fit.exists():
             raise WrongUse(
@@ -163,6 +165,12 @@ def _fitted_to_all(request: Request) -> int:
 
 def _of_tests(request: Request) -> int:
     choice = checked_pack(request.pack)
+    if isinstance(choice.cell, Path) and choice.cell.resolve() == request.files.cell.resolve():
+        raise WrongUse(
+            f"--out {click.format_filename(request.out)}: the calibrated cell would replace "
+            f"{click.format_filename(choice.cell)}, which the pack file starts from: give another "
+            "name"
+        )
     with _refusing():
         pack, use, doubts = pack_alone(choice)
         read = [_read(path, pack, request.between, use.ambient_K) for path in request.tests]

@@ -52,6 +52,16 @@ class Files:
         """What the search has evaluated."""
         return self.pack.with_suffix(".search.json")
 
+    @property
+    def results(self) -> tuple[Path, ...]:
+        """What a calibration replaces."""
+        return self.pack, self.cell, self.page
+
+    @property
+    def traces(self) -> tuple[Path, ...]:
+        """What nothing but a calibration leaves: one of them says whose the results are."""
+        return self.fit, self.ageing, self.search
+
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Frame:
@@ -78,8 +88,14 @@ class Frame:
 
 def in_the_way(files: Files) -> Path | None:
     """A folder that has the name of one of them."""
-    all_ = files.pack, files.cell, files.fit, files.ageing, files.page, files.search
-    return next((path for path in all_ if path.is_dir()), None)
+    return next((path for path in (*files.results, *files.traces) if path.is_dir()), None)
+
+
+def of_another(files: Files) -> Path | None:
+    """A file with the name of a result that no earlier calibration left."""
+    if any(path.exists() for path in files.traces):
+        return None
+    return next((path for path in files.results if path.exists()), None)
 
 
 def write_fit(files: Files, found: Calibration, frame: Frame, journal: Journal) -> None:

@@ -47,7 +47,7 @@ def replay_svg(done: Sequence[Answer]) -> str:
         x = load.drawn_C()[:m] / 3600 if rates else s.time_s
         if not rates:
             axes[0].plot(*decimate(x, s.current_A), **look)
-        voltage.plot(*decimate(x, s.voltage_V), label=answer.case.name, **look)
+        voltage.plot(*decimate(x, s.voltage_V), label=answer.case.name.replace("$", r"\$"), **look)
         temperature.plot(*decimate(x, s.temperature_K - ZERO_CELSIUS_K), **look)
     recorded = next((a.replay for a in done if np.isfinite(a.replay.recorded_V).any()), None)
     if recorded is not None:

@@ -97,6 +97,14 @@ def test_a_file_that_cannot_be_read_is_told_and_costs_nothing_else(tmp_path) -> 
     assert got.unreadable == ((tmp_path / "a.ulg", "Permission denied"),)
 
 
+def test_a_link_that_leads_nowhere_a_file_may_be_is_told_and_costs_nothing_else(tmp_path) -> None:
+    touch(tmp_path, "a.ulg")
+    (tmp_path / "bad.ulg").symlink_to("x" * 300)
+    got = find([tmp_path], besides=tmp_path / "out", is_log=is_log)
+    assert [p.name for p in got.logs] == ["a.ulg"]
+    assert got.unreadable == ((tmp_path / "bad.ulg", "File name too long"),)
+
+
 @pytest.mark.usefixtures("closed")
 def test_a_folder_that_cannot_be_listed_is_told_and_costs_nothing_else(tmp_path) -> None:
     touch(tmp_path, "a.ulg", "closed/b.ulg", "open/c.ulg")

@@ -1,12 +1,14 @@
 """Folders of results: kept while they are up to date, made again else, the user's left alone."""
 
 import errno
+import json
 from pathlib import Path
 
 import pyarrow.parquet as pq
 import pytest
 
 import analyze.job
+from analyze.version import code_sha256
 from tests.analyze.calls import FILES, PACK, call, made, put
 
 
@@ -27,6 +29,42 @@ def test_kept_flights_are_in_the_fleet_too(tmp_path) -> None:
     call(tmp_path, "logs", "--out", "o")
     call(tmp_path, "logs", "--out", "o")
     assert pq.read_table(tmp_path / "o/fleet.parquet").num_rows == 1
+
+
+def test_what_other_code_made_is_made_again(tmp_path, analysed, monkeypatch) -> None:
+    """Between two releases results change, and a fleet would hold both."""
+    put(tmp_path, "flight.ulg")
+    call(tmp_path, "flight.ulg")
+    monkeypatch.setattr("analyze.job.code_sha256", lambda *_: "another")
+    call(tmp_path, "flight.ulg")
+    assert len(analysed) == 2
+
+
+def test_the_hash_of_the_code_is_that_of_every_file_of_it(tmp_path, monkeypatch) -> None:
+    monkeypatch.setattr("analyze.version.HERE", tmp_path)
+    seen = set()
+    for name, text in (("a.py", "1"), ("a.py", "2"), ("b/c.json", ""), ("b/c.pyc", "")):
+        path = tmp_path / "twin" / name
+        path.parent.mkdir(parents=True, exist_ok=True)
+        path.write_text(text)
+        code_sha256.cache_clear()
+        seen.add(code_sha256("twin"))
+    code_sha256.cache_clear()
+    assert len(seen) == 3
+
+
+@pytest.mark.usefixtures("analysed")
+def test_a_result_that_another_version_wrote_is_not_replaced_by_another_log(tmp_path) -> None:
+    put(tmp_path, "x/flight.ulg")
+    put(tmp_path, "y/flight.ulg", b"other")
+    call(tmp_path, "x/flight.ulg")
+    result = tmp_path / "analysis/flight/result.json"
+    whole = json.loads(result.read_bytes())
+    result.write_text(json.dumps(whole | {"a_later_field": 1}), encoding="utf-8")
+    before = result.read_bytes()
+    call(tmp_path, "y/flight.ulg")
+    assert result.read_bytes() == before
+    assert len(made(tmp_path / "analysis")) >= 2
 
 
 @pytest.mark.parametrize(

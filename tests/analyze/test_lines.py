@@ -33,3 +33,8 @@ def test_the_replay_in_a_line(report: FlightReport, said: str) -> None:
     job = Job(log=Path("a.ulg"), shown="a.ulg", folder=Path("out"))
     line = done_line(Done(job=job, result=result_of(report), kept=False))
     assert said in line
+
+
+def test_a_folder_whose_name_is_no_text_can_be_told() -> None:
+    job = Job(log=Path("a.ulg"), shown="a.ulg", folder=Path("Fl\udcfcge"))
+    assert done_line(Done(job=job, result=result_of(WHOLE), kept=False)).encode()

@@ -85,6 +85,14 @@ def test_a_load_is_replayed_into_tables_and_a_drawing(tmp_path: Path) -> None:
     assert row["status"] == "done"
 
 
+def test_the_name_of_a_file_is_no_formula(tmp_path: Path) -> None:
+    load(tmp_path, "time_s,current_A\n0,20\n5,20\n")
+    (tmp_path / "load.csv").rename(tmp_path / "a$1_$2.csv")
+    result = call(tmp_path, str(tmp_path / "a$1_$2.csv"))
+    assert result.exit_code == 0, result.output
+    assert "a$1_$2" in (tmp_path / "out" / "replay.svg").read_text(encoding="utf-8")
+
+
 def test_a_load_beyond_the_pack_is_written_as_far_as_it_came(tmp_path: Path) -> None:
     result = call(tmp_path, load(tmp_path, "time_s,current_A\n0,20\n3600,20\n"))  # 20 of 2.2 Ah
     assert result.exit_code == 1
