@@ -252,7 +252,7 @@ def test_the_cell_that_a_calibration_starts_from_is_not_replaced_by_what_it_find
     own = out / "new.bpx.json"
     write_whole(own, write_bpx(load_cell("lipo_2200"), description="mine"))
     before = own.read_bytes()
-    (out / "new.fit.json").write_text("{}")  # of an earlier calibration of that name
+    (out / "new.search.json").write_text("{}")  # of an earlier calibration of that name
     pack = PACK.replace('"lipo_2200"', '"out/new.bpx.json"')
     assert pack != PACK
     result = call(tmp_path, file, pack=pack)
