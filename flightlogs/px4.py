@@ -44,7 +44,7 @@ def read_ulog(stream: BinaryIO, *, name: str) -> FlightLog:
         )
     packs, pack_warnings = batteries(topics, file.parameters)
     airframe = px4_vehicle.airframe(topics, file.parameters)
-    arming = px4_state.armed(topics)
+    arming, modes = px4_state.armed(topics), px4_state.modes(topics)
     return FlightLog(
         name=name,
         format="ulog",
@@ -57,13 +57,13 @@ def read_ulog(stream: BinaryIO, *, name: str) -> FlightLog:
         duration_s=topics.end_s,
         batteries=packs,
         velocity_m_s=px4_motion.velocity(topics),
-        velocity_setpoint_m_s=px4_motion.velocity_setpoint(topics),
-        position_setpoint_m=px4_motion.position_setpoint(topics),
+        velocity_setpoint_m_s=px4_motion.velocity_setpoint(topics, modes),
+        position_setpoint_m=px4_motion.position_setpoint(topics, modes),
         sticks=px4_motion.sticks(topics),
         thrust=px4_motion.thrust(topics),
         altitude_m=px4_motion.altitude(topics),
         board_K=px4_state.board_K(topics),
-        modes=px4_state.modes(topics),
+        modes=modes,
         armed=arming or (),
         in_air=px4_state.in_air(topics, arming),
         parameters=tuple((k, v) for k, v in sorted(file.parameters.items()) if KEPT.match(k)),

@@ -15,11 +15,12 @@ All in m, m/s, north, east, down; NaN: not controlled.
 Source: PX4-Autopilot, msg/ of the releases 1.6 to 1.17.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 
 import numpy as np
 
-from flightlogs.log import Channel, FloatArray
+from flightlogs.channels import during
+from flightlogs.log import Channel, FloatArray, ModeSpan
 from flightlogs.px4_topics import Px4Topics, Samples
 
 VELOCITY = ("vx", "vy", "vz")
@@ -28,6 +29,7 @@ VELOCITY_LAYOUTS = (("velocity[0]", "velocity[1]", "velocity[2]"), VELOCITY)
 POSITION_LAYOUTS = (("position[0]", "position[1]", "position[2]"), ("x", "y", "z"))
 STICKS = ("roll", "pitch", "yaw", "throttle")
 OLD_STICKS = ("y", "x", "r", "z")
+NO_HORIZONTAL_SETPOINT = frozenset(["ALTCTL"])
 SIMILAR = 0.9  # of two setpoints the pilot's own is taken unless it says clearly less
 MOTORS = 12  # length of actuator_motors.control
 OUTPUTS = 16  # length of actuator_outputs.output
@@ -49,17 +51,20 @@ def velocity(topics: Px4Topics) -> Channel | None:
     return samples.channel(values, ",".join(VELOCITY))
 
 
-def velocity_setpoint(topics: Px4Topics) -> Channel | None:
+def velocity_setpoint(topics: Px4Topics, modes: Sequence[ModeSpan]) -> Channel | None:
     """(n, 3) as commanded: what pilot or mission ask for, else what the position control adds."""
-    return _setpoint(topics, VELOCITY_LAYOUTS)
+    return _setpoint(topics, modes, VELOCITY_LAYOUTS)
 
 
-def position_setpoint(topics: Px4Topics) -> Channel | None:
+def position_setpoint(topics: Px4Topics, modes: Sequence[ModeSpan]) -> Channel | None:
     """(n, 3) as commanded."""
-    return _setpoint(topics, POSITION_LAYOUTS)
+    return _setpoint(topics, modes, POSITION_LAYOUTS)
 
 
-def _setpoint(topics: Px4Topics, layouts: tuple[tuple[str, ...], ...]) -> Channel | None:
+def _setpoint(
+    topics: Px4Topics, modes: Sequence[ModeSpan], layouts: tuple[tuple[str, ...], ...]
+) -> Channel | None:
+    """Of the topic that says most; firmware until 1.8 writes 0 for what an altitude mode leaves."""
     found: list[tuple[float, Channel]] = []
     for name in SETPOINTS:
         samples = topics.measured(name)
@@ -67,6 +72,9 @@ def _setpoint(topics: Px4Topics, layouts: tuple[tuple[str, ...], ...]) -> Channe
             values = None if samples is None else samples.matrix(fields)
             if samples is None or values is None:
                 continue
+            idle = during(samples.time_s, modes, NO_HORIZONTAL_SETPOINT)
+            idle &= (values[:, :2] == 0).all(axis=1)
+            values[idle, :2] = np.nan
             channel = samples.channel(values, ",".join(fields))
             if channel is not None:
                 found.append((float(np.isfinite(values).sum()) / 3, channel))

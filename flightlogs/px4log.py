@@ -32,6 +32,7 @@ from flightlogs.errors import LogDamaged, LogWarning, NotALog
 from flightlogs.log import BatteryLog, Channel, FlightLog, FloatArray, Interval, ModeSpan
 from flightlogs.mavlink_vehicle import type_name, vehicle_of_type
 from flightlogs.measured import MAH_C, RawBattery, battery_log
+from flightlogs.px4_motion import NO_HORIZONTAL_SETPOINT
 from flightlogs.spans import mode_spans, spans_of
 from flightlogs.stamps import file_clock, increasing
 from flightlogs.table import Table
@@ -44,7 +45,6 @@ MICRO = 1e-6
 AUTO_MODES = ("AUTO_MISSION", "AUTO_LOITER", "AUTO_RTL")  # MainState 3 to 5
 MODES = ("MANUAL", "ALTCTL", "POSCTL", *AUTO_MODES, "ACRO", "OFFBOARD", "STAB", "RATTITUDE")
 NO_SETPOINT = frozenset(["MANUAL", "ACRO", "STAB", "RATTITUDE"])  # attitude only
-NO_HORIZONTAL_SETPOINT = frozenset(["ALTCTL"])
 ARMED_STATES = (2, 3)  # ARMED, ARMED_ERROR
 NOT_MEASURED = -1.0
 HIL_AIRFRAMES = range(1000, 2000)  # SYS_AUTOSTART of simulated airframes

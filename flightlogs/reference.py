@@ -4,7 +4,9 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from flightlogs.held import measured_anew
 from flightlogs.log import BatteryLog, FlightLog, FloatArray
+from flightlogs.measured import LEAST_FLYING_A
 
 MIN_SAMPLES = 100
 MOST_ALIKE = 0.5
@@ -45,11 +47,16 @@ def reference(method: str, source: str, time_s: FloatArray, values: FloatArray) 
 
 
 def of_battery(battery: BatteryLog) -> Reference | None:
-    """Current of one battery, if there is one that moves."""
-    if battery.current_A is None:
+    """Current of one battery, if there is one that moves and could carry the vehicle.
+
+    Without what a sensor that is slower than its log repeats.
+    """
+    measured_A = battery.current_A
+    if measured_A is None or np.nanpercentile(np.abs(measured_A), 99) < LEAST_FLYING_A:
         return None
+    own_A = np.where(measured_anew(measured_A, measured_A), measured_A, np.nan)
     source = battery.current_source or battery.label
-    found = reference(BATTERY_CURRENT, source, battery.time_s, battery.current_A)
+    found = reference(BATTERY_CURRENT, source, battery.time_s, own_A)
     return None if found is None else replace(found, battery=battery.instance)
 
 

@@ -7,6 +7,7 @@ import numpy as np
 import numpy.typing as npt
 
 from flightlogs import quality
+from flightlogs.correlate import spikes
 from flightlogs.errors import LogDamaged, LogError, LogWarning
 from flightlogs.log import FloatArray, check_increasing, frozen_array
 from flightlogs.sensor_table import RawTable, read_table
@@ -16,6 +17,11 @@ ABSURD_A = 1000.0
 RAIL_A = 100.0
 """End of the module's range."""
 RAIL_TOLERANCE_A = 1.0
+GLITCH = 2.0
+"""Times the largest current of all other samples: a single sample above is no peak of a flight."""
+LEAST_FOR_GLITCHES = 100
+COUNTER_S = (2**32 * 1e-6, 2**32 * 1e-3)
+"""After which a counter of us, or of ms, in 32 bits begins again."""
 JUMP_S = 3600.0
 """A longer pause is another session, or the clock being set."""
 GAP_STEPS = 2.5
@@ -42,7 +48,9 @@ class SensorCounts:
         rows_after_reset: rows of the pieces that were left out because of the resets.
         missing: kept rows without a current (NaN, empty).
         absurd: kept rows whose current no battery can give, now NaN.
+        glitches: kept rows with a single value far beyond all others, now NaN.
         saturated: kept rows at a rail of the sensor, now NaN.
+        wraps: times a counter of 32 bits began again, which was made good.
         gaps: places where the step is more than 2.5 times the usual one.
     """
 
@@ -56,7 +64,9 @@ class SensorCounts:
     rows_after_reset: int = 0
     missing: int = 0
     absurd: int = 0
+    glitches: int = 0
     saturated: int = 0
+    wraps: int = 0
     gaps: int = 0
 
 
@@ -111,12 +121,15 @@ def read_sensor(stream: BinaryIO, *, name: str) -> SensorLog:
     """
     raw = read_table(stream.read(), name)
     once = ~copies(raw)
-    time_s, coarse = spread_coarse(raw.time_s[once])
+    counted_s, wraps = unwrapped(raw.time_s[once])
+    time_s, coarse = spread_coarse(counted_s)
     good, stray, duplicate, resets, after_reset = keep_one_clock(time_s)
     t, i = time_s[good], raw.current_A[once][good]
     absurd, missing = np.abs(i) > ABSURD_A, ~np.isfinite(i)  # an infinite value is absurd
     absurd, missing = absurd | np.isinf(i), missing & ~np.isinf(i)
     i = np.where(absurd, np.nan, i)
+    alone = glitches(i)
+    i = np.where(alone, np.nan, i)
     at_rail = saturated(i)
     i = np.where(at_rail, np.nan, i)
     if len(t) < 2 or not np.any(np.isfinite(i)):
@@ -136,7 +149,9 @@ def read_sensor(stream: BinaryIO, *, name: str) -> SensorLog:
         rows_after_reset=after_reset,
         missing=int(np.sum(missing)),
         absurd=int(np.sum(absurd)),
+        glitches=int(np.sum(alone)),
         saturated=int(np.sum(at_rail)),
+        wraps=wraps,
         gaps=int(np.sum(gaps)),
     )
     facts = (
@@ -182,6 +197,17 @@ def spread_coarse(time_s: FloatArray) -> tuple[FloatArray, bool]:
     return time_s + share * step_s, True
 
 
+def unwrapped(time_s: FloatArray) -> tuple[FloatArray, int]:
+    """(n,) with the steps back of a counter of 32 bits made good, and how many there were."""
+    step = np.diff(time_s)
+    usual_s = float(np.median(step[step > 0])) if np.any(step > 0) else 0.0
+    for whole_s in COUNTER_S:
+        wraps = (step < 0) & (np.abs(step + whole_s - usual_s) <= GAP_STEPS * usual_s)
+        if wraps.any():
+            return time_s + whole_s * np.append(0, np.cumsum(wraps)), int(wraps.sum())
+    return time_s, 0
+
+
 def keep_one_clock(time_s: FloatArray) -> tuple[BoolArray, int, int, int, int]:
     """Rows (n,) of the longest piece in which time only grows, and what was left out.
 
@@ -204,6 +230,17 @@ def keep_one_clock(time_s: FloatArray) -> tuple[BoolArray, int, int, int, int]:
     return kept, stray, int(np.sum(~new)), len(cuts), len(index) - len(longest)
 
 
+def glitches(current_A: FloatArray) -> BoolArray:
+    """(n,) single samples that are GLITCH times as large as all that stand beside others."""
+    known, out = np.isfinite(current_A), np.zeros(current_A.size, dtype=bool)
+    if np.sum(known) < LEAST_FOR_GLITCHES:
+        return out
+    own = current_A[known]
+    single = spikes(own)
+    out[known] = single & (np.abs(own) > GLITCH * np.max(np.abs(own[~single])))
+    return out
+
+
 def saturated(current_A: FloatArray) -> BoolArray:
     """(n,) samples at a rail: that of the module, or a plateau at the top."""
     size = np.abs(current_A)
@@ -224,6 +261,8 @@ def told(counts: SensorCounts, name: str) -> tuple[LogWarning, ...]:
         ("sensor_reset", counts.resets, f"times the clock starts anew: {after}"),
         ("current_missing", counts.missing, "rows have no current"),
         ("current_absurd", counts.absurd, f"currents beyond {ABSURD_A:.0f} A: unknown"),
+        ("current_glitches", counts.glitches, "single currents far beyond all others: unknown"),
+        ("clock_wrapped", counts.wraps, "times a counter of 32 bits began again: made good"),
         ("current_saturated", counts.saturated, "samples at the end of the range: unknown"),
     )
     return tuple(LogWarning(code, f"{name}: {n} {text}", "csv") for code, n, text in said if n)

@@ -153,7 +153,7 @@ def _flight_log(log: Telemetry, name: str) -> FlightLog:
         batteries=tuple(battery for battery, _ in judged),
         velocity_m_s=tlog_motion.velocity(timed),
         velocity_setpoint_m_s=tlog_motion.velocity_setpoint(timed),
-        position_setpoint_m=tlog_motion.position_setpoint(timed),
+        position_setpoint_m=tlog_motion.position_setpoint(timed) if who.autopilot == PX4 else None,
         sticks=tlog_motion.sticks(timed, log.parameters),
         thrust=thrust,
         altitude_m=tlog_motion.altitude(timed),

@@ -16,6 +16,7 @@ from flightlogs.table import RawLog, Table
 SIMULATION = ("SIMSTATE", "SIM_STATE", "HIL_STATE_QUATERNION", "HIL_ACTUATOR_CONTROLS")
 ARMED_BIT, HIL_BIT = 128, 32
 LANDED_UNKNOWN, ON_GROUND = 0, 1
+SHORT_S = 60.0
 SILENCE_S = 10.0  # without a heartbeat (1 Hz) the link is lost and the state unknown
 
 
@@ -75,10 +76,16 @@ def _heartbeats(log: Telemetry) -> tuple[Table, FloatArray]:
 
 
 def armed_spans(log: Telemetry) -> tuple[Interval, ...]:
-    """Spans of the armed bit; unknown, hence not armed, when heartbeats stay away."""
+    """Spans of the armed bit; unknown, hence not armed, when heartbeats stay away.
+
+    But not where it is armed before and after SHORT_S or less: nobody lands, changes the pack and
+    takes off in that time.
+    """
     table, time_s = _heartbeats(log)
     armed = table.numbers["base_mode"].astype(int) & ARMED_BIT > 0
-    silent = np.flatnonzero(np.diff(time_s) > SILENCE_S)
+    away_s = np.diff(time_s)
+    going_on = armed[:-1] & armed[1:] & (away_s <= SHORT_S)
+    silent = np.flatnonzero((away_s > SILENCE_S) & ~going_on)
     times = np.insert(time_s, silent + 1, time_s[silent])
     return spans_of(times, np.insert(armed, silent + 1, values=False), log.end_s)
 

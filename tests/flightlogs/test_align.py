@@ -113,6 +113,26 @@ def test_a_clamped_current_is_no_reference() -> None:
     assert refusal(sensor_of(), replace(clamped, thrust=None)) == "no_reference"
 
 
+def test_noise_of_a_pin_that_is_not_wired_leaves_it_to_thrust() -> None:
+    log = log_of()
+    b = log.batteries[0]
+    noise_A = np.abs(np.random.default_rng(4).normal(0.2, 0.1, b.time_s.size))
+    unwired = replace(log, batteries=(replace(b, current_A=noise_A),))
+    assert [r.method for r in candidates(unwired, None)] == ["thrust"]
+    assert abs(align(sensor_of(), unwired).fit.offset_s - FLAWS.offset_s) < 0.15
+
+
+@pytest.mark.parametrize("rows", [2, 4])
+def test_a_current_that_is_logged_faster_than_measured_is_compared_where_it_was(rows: int) -> None:
+    log = log_of()
+    b = log.batteries[0]
+    assert b.current_A is not None
+    held_A = np.repeat(b.current_A[::rows], rows)[: b.time_s.size]
+    fit = align(sensor_of(), replace(log, batteries=(replace(b, current_A=held_A),))).fit
+    assert abs(fit.offset_s - FLAWS.offset_s) < 0.02
+    assert fit.method == "battery_current"
+
+
 def test_the_right_one_of_two_batteries_is_found() -> None:
     log = log_of()
     other = to_flight_log(flight(9), seed=13).batteries[0]

@@ -232,6 +232,27 @@ def test_what_is_no_measurement_becomes_nan_and_is_counted(value, field) -> None
     assert f"current_{field}" in codes(log)
 
 
+def test_single_values_that_overflowed_are_no_current_and_a_peak_is_one() -> None:
+    """655.35 A is all bits of an INA's 16; a peak of a flight has others near its size."""
+    odd = CURRENT_A.copy()
+    odd[[50, 150]], odd[220] = 655.35, -327.68
+    odd[100] = 38.0
+    log = read(table(i=odd))
+    assert np.flatnonzero(np.isnan(log.current_A)).tolist() == [50, 150, 220]
+    assert log.current_A[100] == 38.0
+    assert log.counts.glitches == 3
+    assert "current_glitches" in codes(log)
+
+
+@pytest.mark.parametrize(("header", "unit_s"), [("time_us", 1e-6), ("time_ms", 1e-3)])
+def test_a_counter_of_32_bits_that_begins_again_is_made_good(header: str, unit_s: float) -> None:
+    count = np.round(TIME_S / unit_s) + 2**32 - np.round(15.0 / unit_s)
+    log = read(table(f"{header},current_A", t=count % 2**32))
+    assert log.time_s == pytest.approx(TIME_S - TIME_S[0], abs=2 * unit_s)
+    assert (log.counts.wraps, log.counts.resets) == (1, 0)
+    assert "clock_wrapped" in codes(log)
+
+
 def test_a_plateau_at_the_top_is_a_rail_and_a_single_maximum_is_not() -> None:
     clipped = np.minimum(CURRENT_A, 18.5)
     assert saturated(clipped).sum() == (CURRENT_A >= 18.5).sum()
