@@ -87,8 +87,8 @@ def own_error_V(tests: Sequence[Fitted]) -> float:
     """Rms by which a cell's voltage is missed in tests that it was not fitted to, each alike.
 
     Beyond their noise; where a voltage dives, as much of it as a twin may miss elsewhere. Of tests
-    that the others do not predict to their end, or that nobody predicted: by the fit. Infinite if
-    a cell does not come to the end of one.
+    that nobody predicted: by the fit. A prediction that ends early stands where it ended: that it
+    is empty too soon is the worst of its errors. Infinite where one does not begin.
     """
     both_V = [(f.even_rms_V, _predicted_V(f)) for f in tests]
     missed_V = np.array([by_fit_V if by_V is None else by_V for by_fit_V, by_V in both_V])
@@ -104,9 +104,15 @@ def stated_error_V(tests: Sequence[Fitted]) -> float | None:
 
 
 def _predicted_V(test: Fitted) -> float | None:
-    """What the others miss of it; None if nobody asked, or they do not come to its end."""
-    missed_V = test.even_held_out_rms_V
-    return missed_V if missed_V is not None and np.isfinite(missed_V) else None
+    """What the others miss of it; None if nobody asked."""
+    if test.held_out_V is None:
+        return None
+    known = np.flatnonzero(np.isfinite(test.held_out_V))
+    if not known.size:
+        return float("inf")
+    ended_V = test.held_out_V[known[-1]]
+    stands_V = np.where(np.isfinite(test.held_out_V), test.held_out_V, ended_V)
+    return rms((test.measured_V - stands_V) / test.shape)
 
 
 def fitted(problem: Problem, q: FloatArray, tests: Sequence[ReferenceTest]) -> tuple[Fitted, ...]:
