@@ -13,7 +13,7 @@ from proof.judged import judged_trial
 from proof.ledger import Entry
 from proof.out import IN_JSON, proof_json
 from proof.outcome import Baseline, Judged, NotMade, Opened, Proof
-from proof.places import TRIALS, TRUTH, WRITTEN
+from proof.places import COMPARED, TRIALS, TRUTH, WRITTEN
 from proof.seal import truth_of
 
 SAME = 1e-9  # relative: numbers go to mV and back, which rounds
@@ -23,7 +23,7 @@ UNITS = {ending: (unit, factor) for unit, (ending, factor) in IN_JSON.items() if
 def proof_again(out: Path, shown: Mapping[str, Any], entries: Sequence[Entry]) -> dict[str, Any]:
     """What `shown` would be by the trials' files and the ledger.
 
-    Where neither has it (seed and command, baselines, channels, capacity, time) it is as shown.
+    Where neither has it (seed and command, whose truth it is, time) it is as shown.
 
     Raises:
         LookupError, TypeError, ValueError, AttributeError, OSError: it is no proof, or a file is
@@ -70,6 +70,7 @@ def _same(one: object, other: object) -> bool:
 
 def _trial(folder: Path, shown: Mapping[str, Any], entries: Mapping[str, Entry]) -> Judged:
     own = folder / str(shown["name"])
+    compared = json.loads((own / COMPARED).read_text(encoding="utf-8"))
     return judged_trial(
         truth_of((own / TRUTH).read_text(encoding="utf-8")),
         json.loads((own / WRITTEN / VERDICT).read_text(encoding="utf-8")),
@@ -77,10 +78,10 @@ def _trial(folder: Path, shown: Mapping[str, Any], entries: Mapping[str, Entry])
         name=shown["name"],
         source=shown["source"],
         seconds=shown["seconds"],
-        baselines=tuple(map(_baseline, shown["baselines"])),
-        channels=tuple(map(_channel, shown["channels"])),
-        capacity_C=None if shown["capacity_ah"] is None else 3600 * shown["capacity_ah"],
-        not_compared=shown.get("not_compared", ""),
+        baselines=tuple(map(_baseline, compared["baselines"])),
+        channels=tuple(map(_channel, compared["channels"])),
+        capacity_C=None if compared["capacity_ah"] is None else 3600 * compared["capacity_ah"],
+        not_compared=compared.get("not_compared", ""),
     )
 
 
@@ -93,7 +94,7 @@ def _channel(c: Mapping[str, Any]) -> Opened:
     """All but its course, which is in no file."""
     ending = next(e for e in UNITS if f"rms_before_{e}" in c)
     unit, factor = UNITS[ending]
-    before, after = c[f"rms_before_{ending}"], c[f"rms_after_{ending}"]
+    before, after, named = (c[f"rms_{which}_{ending}"] for which in ("before", "after", "named"))
     course = np.full(c["samples"], np.nan)
     return Opened(
         recording=c["recording"],
@@ -105,6 +106,7 @@ def _channel(c: Mapping[str, Any]) -> Opened:
         after=None if after is None else course,
         rms_before=_number(before, factor),
         rms_after=None if after is None else _number(after, factor),
+        rms_named=None if named is None else _number(named, factor),
     )
 
 

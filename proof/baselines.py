@@ -8,14 +8,19 @@ drawn by chance with as many numbers as what was named.
 import zlib
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
+from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import Any
 
 import numpy as np
 
+from analyze.checks import checked_pack
+from analyze.workbench.explain import Request, drawn_of, flights_of
 from proof.correction import Answered, corrected
 from proof.outcome import Baseline
-from proof.question import Question
-from twin.mismatch import HYPOTHESES, Hypothesis
+from proof.question import PACK, Question
+from twin.mismatch import HYPOTHESES, Flight, Hypothesis
+from twin.mismatch.explain import begun
 from twin.mismatch.fit import Data, fit
 from twin.mismatch.search import again, flown_before
 from twin.mismatch.split import sharpened, split
@@ -39,11 +44,7 @@ def baselines(question: Question, verdict: Mapping[str, Any]) -> Iterator[Baseli
     """Of a verdict that names something; none of another."""
     if verdict["verdict"] != "named":
         return
-    data = split(
-        question.flights(question.fitted),
-        question.flights(question.held_out),
-        slow_V=question.floor_V,
-    )
+    data = split(*recordings(question), slow_V=question.floor_V)
     named = [e["id"] for e in verdict["effects"]]
     own = [h for h in HYPOTHESES if h.id in named]
     data = _as_judged(data, own, stated=question.floor_V is not None)
@@ -52,6 +53,24 @@ def baselines(question: Question, verdict: Mapping[str, Any]) -> Iterator[Baseli
     if chosen := by_chance(named, _seed(question), series=question.pack.series):
         what = " + ".join(h.id for h in chosen)
         yield _fitted(data, "random", chosen, what)
+
+
+def recordings(question: Question) -> tuple[list[Flight], list[Flight]]:
+    """Fitted and held out, read from the files of the question and begun as `twin explain` does."""
+    with TemporaryDirectory() as place:
+        folder = Path(place)
+        question.write(folder)
+        fitted, held_out = (
+            tuple(folder / f"{r.name}.csv" for r in own)
+            for own in (question.fitted, question.held_out)
+        )
+        request = Request(
+            sources=fitted, holdout=held_out, pack=folder / PACK, out=folder, adopt=None,
+            between=question.between.value, battery=None, conceal="", reveal=(),
+        )  # fmt: skip
+        choice = checked_pack(request.pack)
+        flights = [begun(f) for f in flights_of(drawn_of(request, choice), choice)[0]]
+    return flights[: len(fitted)], flights[len(fitted) :]
 
 
 def _as_judged(data: Data, named: Sequence[Hypothesis], *, stated: bool) -> Data:

@@ -12,6 +12,8 @@ from twin.simulate import simulate
 CURRENT, EMPTY = "check-up, A", "check-up ended at, V"
 """Of `Truth.details`: current of the pack in the check-up, discharge positive, and its last
 voltage."""
+FITTED = "fitted, Ah"
+"""Likewise: what the recording that is fitted gave."""
 SAMPLES = 400
 LONGEST = 1.6  # of the nominal capacity: no check-up gives more
 

@@ -7,17 +7,20 @@ from pathlib import Path
 from typing import Any
 
 from proof.again import differences, proof_again
-from proof.judge import SAID
 from proof.ledger import (
     EVENTS,
     FIRST,
+    LEFT,
     SHOWN,
     Entry,
     LedgerError,
+    left_out,
     read_ledger,
     sha256_of,
     sha256_of_folder,
 )
+from proof.out import VERSION
+from proof.outcome import NotMade
 from proof.places import LEDGER, PAGE, PROOF, QUESTION, SEALED, TRIALS, TRUTH, WRITTEN
 from proof.seal import truth_text, unseal
 
@@ -29,12 +32,10 @@ class Checked:
     Attributes:
         opened: trials whose truth was opened.
         broken: what does not hold, in words.
-        unchecked: what the ledger, being of an earlier version, says nothing of.
     """
 
     opened: int
     broken: tuple[str, ...]
-    unchecked: tuple[str, ...]
 
 
 def check(out: Path) -> Checked:
@@ -45,23 +46,19 @@ def check(out: Path) -> Checked:
         OSError: there is none.
     """
     entries = _ledger(out / LEDGER)
-    trials = [e for e in entries if e.event != SHOWN]
+    made = [e for e in entries if e.event != SHOWN]
+    trials = [e for e in made if e.event != LEFT]
     opened = sum(e.event == "opened" for e in trials)
-    early = not any(e.event == SHOWN or SAID in e.sha256 for e in entries)
-    broken = [text for entry in entries for text in _of_entry(out, entry)]
+    broken = [text for e in entries if e.event != LEFT for text in _of_entry(out, e)]
     broken += _of_keys(out / TRIALS, trials)
-    broken += _unknown(out / TRIALS, trials, spared=(SAID,) if early else ())
+    broken += _unknown(out / TRIALS, trials)
     broken += _not_opened(trials)
-    broken += _of_proof(out, trials)
-    if not (early or entries[-1].event == SHOWN):
+    broken += _of_proof(out, made)
+    if not entries or entries[-1].event != SHOWN:
         broken.append(f"{LEDGER}: its last entry, of {PROOF} and {PAGE}, is missing")
     if not (out / PAGE).is_file():
         broken.append(f"{PAGE} is missing")
-    return Checked(
-        opened=opened,
-        broken=tuple(dict.fromkeys(broken)),
-        unchecked=(PAGE, f"{WRITTEN}/{SAID} of each trial") if early else (),
-    )
+    return Checked(opened=opened, broken=tuple(dict.fromkeys(broken)))
 
 
 def _ledger(path: Path) -> tuple[Entry, ...]:
@@ -118,7 +115,7 @@ def _of_key(folder: Path, sealed: Entry, opened: Entry) -> Iterator[str]:
         yield f"{opened.trial}: the truth that is shown is not the one that was sealed"
 
 
-def _unknown(folder: Path, entries: Sequence[Entry], spared: Sequence[str]) -> Iterator[str]:
+def _unknown(folder: Path, entries: Sequence[Entry]) -> Iterator[str]:
     """Trials that no entry is about, and files within the others."""
     known = {Path(_path(e, name)).relative_to(TRIALS) for e in entries for name in e.sha256}
     names = {path.parts[0] for path in known}
@@ -128,18 +125,19 @@ def _unknown(folder: Path, entries: Sequence[Entry], spared: Sequence[str]) -> I
             continue
         for path in sorted((*own.glob("*"), *own.glob(f"{WRITTEN}/*"))):
             place = path.relative_to(folder)
-            if place not in known and path.name not in (WRITTEN, *spared):
+            if place not in known and path.name != WRITTEN:
                 yield f"{own.name}: the ledger knows no {place.relative_to(own.name)}"
 
 
 def _not_opened(entries: Sequence[Entry]) -> Iterator[str]:
     """A truth that stays sealed is one of which nobody knows what was said."""
     last = {e.trial: e.event for e in entries}
-    if "opened" not in last.values():
+    if not any(e.event == "opened" for e in entries):
         yield "no trial was opened"
     for trial, event in last.items():
         if event != EVENTS[-1]:
-            yield f"{trial}: {event}, but its truth was never opened"
+            lacks = "compared" if event == "opened" else "opened"
+            yield f"{trial}: {event}, but its truth was never {lacks}"
 
 
 def _of_proof(out: Path, entries: Sequence[Entry]) -> Iterator[str]:
@@ -150,12 +148,23 @@ def _of_proof(out: Path, entries: Sequence[Entry]) -> Iterator[str]:
         return
     try:
         shown = json.loads(path.read_bytes())
+        if shown["schema_version"] != VERSION:
+            yield f"{PROOF} is of version {shown['schema_version']}: check it with what made it"
+            return
         if shown["ledger_head"] != (entries[-1].hash if entries else FIRST):
             yield (f"{LEDGER}: it ends elsewhere than {PROOF} says: entries are missing, or more")
         yield from _of_trials(shown, entries)
+        yield from _of_left(shown, entries)
         yield from differences(shown, proof_again(out, shown, entries), PROOF)
     except (LookupError, TypeError, ValueError, AttributeError, OSError) as e:
         yield f"{PROOF} is not made of the files of its trials: {type(e).__name__}: {e}"
+
+
+def _of_left(shown: Mapping[str, Any], entries: Sequence[Entry]) -> Iterator[str]:
+    """Trials that were not made are those, and for that, of the ledger."""
+    entered = next((e.sha256 for e in entries if e.event == LEFT), {})
+    if left_out([NotMade(**n) for n in shown["not_made"]]) != entered:
+        yield f"{PROOF}: not_made is not what was {LEFT}"
 
 
 def _of_trials(shown: Mapping[str, Any], entries: Sequence[Entry]) -> Iterator[str]:

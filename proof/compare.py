@@ -113,13 +113,15 @@ def sized(truth: Truth, verdict: Mapping[str, Any]) -> tuple[Sized, ...]:
 def opened(question: Question, truth: Truth, verdict: Mapping[str, Any]) -> tuple[Opened, ...]:
     """What was concealed, beside the twin as given and the one with what was named.
 
-    Each channel is predicted by the first of effects that look alike that is about it.
+    Each channel is predicted by what was named, and by the first of effects that look alike that is
+    about it.
     """
+    named = adopted(question.pack, verdict)
     return tuple(
         o
         for channel in truth.channels
         for one, about in _each(channel)
-        for o in _opened(question, one, adopted(question.pack, verdict, about))
+        for o in _opened(question, one, adopted(question.pack, verdict, about), named)
     )
 
 
@@ -131,7 +133,9 @@ def _each(channel: Channel) -> Iterator[tuple[Channel, Collection[str]]]:
         yield replace(channel, temperature_K=None), ("weak_cell",)
 
 
-def _opened(question: Question, channel: Channel, better: Pack | None) -> Iterator[Opened]:
+def _opened(
+    question: Question, channel: Channel, better: Pack | None, named: Pack | None
+) -> Iterator[Opened]:
     recordings = {r.name: r for r in (*question.fitted, *question.held_out)}
     cells = channel.cell_voltage_V
     table = HiddenTable(
@@ -142,12 +146,13 @@ def _opened(question: Question, channel: Channel, better: Pack | None) -> Iterat
     )
     load = question.load(recordings[channel.recording])
     try:
-        found = reveal(
-            table, flight=channel.recording, load=load, configured=question.pack, adopted=better
+        found, plain = (
+            reveal(table, flight=channel.recording, load=load, configured=question.pack, adopted=p)
+            for p in (better, named)
         )
     except MismatchError:  # no simulation reaches it
         return
-    for r in found:
+    for r, own in zip(found, plain, strict=True):
         yield Opened(
             recording=channel.recording,
             channel=NAMES[r.channel],
@@ -158,4 +163,5 @@ def _opened(question: Question, channel: Channel, better: Pack | None) -> Iterat
             after=r.after,
             rms_before=r.rms(r.before),
             rms_after=None if r.after is None else r.rms(r.after),
+            rms_named=None if own.after is None else own.rms(own.after),
         )

@@ -4,7 +4,8 @@ A line of JSON an entry. Whoever changes an entry, or puts one in between, chang
 it. It tells the order, and that nothing was exchanged later; that the times are true it cannot
 tell: for that, run the trials yourself, with a seed of your own.
 
-The last entry is of what was shown of all trials; it has the hashes of those files.
+The last entries are of trials that were not made, with a hash of why, and of what was shown of all;
+it has the hashes of those files.
 """
 
 import hashlib
@@ -15,11 +16,11 @@ from datetime import UTC, datetime
 from pathlib import Path
 from threading import Lock
 
-from proof.outcome import Stamp
+from proof.outcome import NotMade, Stamp
 
 FIRST = "0" * 64
-EVENTS = ("sealed", "judged", "opened")
-SHOWN = "shown"
+EVENTS = ("sealed", "judged", "opened", "compared")
+LEFT, SHOWN = "left out", "shown"
 
 
 class LedgerError(ValueError):
@@ -33,8 +34,8 @@ class Entry:
     Attributes:
         number: from 0.
         utc: ISO 8601.
-        event: one of EVENTS, or SHOWN.
-        trial: name of it; "" of SHOWN.
+        event: one of EVENTS, or LEFT or SHOWN.
+        trial: name of it; "" of LEFT and SHOWN.
         sha256: of the files that it is about, by name.
         key: of what was sealed, when it is opened; else "".
         before: hash of the entry before.
@@ -92,9 +93,12 @@ def read_ledger(text: str) -> tuple[Entry, ...]:
         if (entry.number, entry.before) != (number, before):
             raise LedgerError(f"entry {number}: it does not follow from the one before it")
         before = entry.hash
-    of_trials = entries[:-1] if entries and entries[-1].event == SHOWN else entries
+    of_trials = list(entries)
+    for last in (SHOWN, LEFT):
+        if of_trials and of_trials[-1].event == last:
+            of_trials.pop()
     for trial in dict.fromkeys(e.trial for e in of_trials):
-        _check_order(trial, [e.event for e in entries if e.trial == trial])
+        _check_order(trial, [e.event for e in of_trials if e.trial == trial])
     return entries
 
 
@@ -114,6 +118,11 @@ def _parsed(text: str) -> Iterator[Entry]:
 def _check_order(trial: str, events: Sequence[str]) -> None:
     if list(events) != list(EVENTS[: len(events)]):
         raise LedgerError(f"{trial}: {', '.join(events)}: expected {', '.join(EVENTS)}")
+
+
+def left_out(not_made: Sequence[NotMade]) -> dict[str, str]:
+    """Trial -> hash of whose truth it was and why it was not made."""
+    return {n.name: sha256_of(f"{n.source}\n{n.reason}".encode()) for n in not_made}
 
 
 def sha256_of(content: bytes) -> str:

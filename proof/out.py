@@ -1,6 +1,6 @@
 """A proof as JSON (`proof.json`; its schema is proof.schema.json)."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 from proof.outcome import Baseline, Judged, Named, Opened, Proof, Sized, Stamp
@@ -9,7 +9,7 @@ from proof.targets import Target, capacity_error, over_floor, over_noise, target
 from proof.truth import Truth
 from twin.finite import finite
 
-VERSION = 1
+VERSION = 2
 IN_JSON: Mapping[str, tuple[str, float]] = {
     "V": ("mv", 1e3),
     "K": ("k", 1.0),
@@ -84,16 +84,31 @@ def _judged(j: Judged) -> dict[str, Any]:
         "held_out_after_mv": 1e3 * j.held_out_after_V,
         "held_out_over_noise": over_noise(j),
         "held_out_over_floor": over_floor(j),
-        "baselines": [_baseline(b) for b in j.baselines],
         "sized": [_sized(s) for s in j.sized],
-        "channels": [_channel(c) for c in j.channels],
-        "capacity_ah": _ampere_hours(j.capacity_C),
+        **compared_json(
+            baselines=j.baselines,
+            channels=j.channels,
+            capacity_C=j.capacity_C,
+            not_compared=j.not_compared,
+        ),
         "capacity_error": capacity_error(j),
         "sealed": _stamp(j.sealed),
         "judged": _stamp(j.judged),
         "opened": _stamp(j.opened),
         "seconds": j.seconds,
-        **({"not_compared": j.not_compared} if j.not_compared else {}),
+    }
+
+
+def compared_json(
+    *, baselines: Sequence[Baseline], channels: Sequence[Opened], capacity_C: float | None,
+    not_compared: str = "",
+) -> dict[str, Any]:  # fmt: skip
+    """What was computed when a truth was open."""
+    return {
+        "baselines": [_baseline(b) for b in baselines],
+        "channels": [_channel(c) for c in channels],
+        "capacity_ah": _ampere_hours(capacity_C),
+        **({"not_compared": not_compared} if not_compared else {}),
     }
 
 
@@ -140,6 +155,7 @@ def _channel(c: Opened) -> dict[str, Any]:
         "samples": int(c.time_s.size),
         f"rms_before_{ending}": factor * c.rms_before,
         f"rms_after_{ending}": None if c.rms_after is None else factor * c.rms_after,
+        f"rms_named_{ending}": None if c.rms_named is None else factor * c.rms_named,
     }
 
 

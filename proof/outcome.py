@@ -89,9 +89,11 @@ class Opened:
         time_s: (n,)
         measured: (n,)
         before: (n,) by the twin as configured.
-        after: (n,) with what was named; None if nothing was.
+        after: (n,) with what was named, of effects that look alike the first that acts on this
+            channel: which that is, is known when it is opened. None if nothing was named.
         rms_before: of predicted minus measured.
         rms_after: likewise.
+        rms_named: likewise with what was named alone, whatever looks like it.
     """
 
     recording: str
@@ -103,6 +105,7 @@ class Opened:
     after: FloatArray | None
     rms_before: float
     rms_after: float | None
+    rms_named: float | None
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)

@@ -5,6 +5,8 @@ from pathlib import Path
 LEDGER, TRIALS = "ledger.jsonl", "trials"
 QUESTION, SEALED, WRITTEN, TRUTH = "question", "truth.sealed", "verdict", "truth.json"
 """Of one trial: what is asked (a folder), its truth, the verdict (a folder), the truth opened."""
+COMPARED = "compared.json"
+"""Of one trial: baselines, channels and capacity, computed when its truth was open."""
 PROOF, PAGE = "proof.json", "proof.html"
 
 

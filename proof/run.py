@@ -1,5 +1,6 @@
 """All trials: first every truth is sealed, then every question judged, then every truth opened."""
 
+import json
 import multiprocessing
 import shutil
 from collections.abc import Callable, Iterator, Mapping, Sequence
@@ -23,13 +24,15 @@ from proof.capacity import predicted_capacity_C
 from proof.compare import adopted, opened
 from proof.judge import Verdict, judge
 from proof.judged import judged_trial
-from proof.ledger import Entry, Ledger, sha256_of, sha256_of_folder
+from proof.ledger import LEFT, Entry, Ledger, left_out, sha256_of, sha256_of_folder
+from proof.out import compared_json
 from proof.outcome import Judged, NotMade
-from proof.places import LEDGER, PAGE, PROOF, QUESTION, SEALED, TRIALS, TRUTH, WRITTEN
+from proof.places import COMPARED, LEDGER, PAGE, PROOF, QUESTION, SEALED, TRIALS, TRUTH, WRITTEN
 from proof.question import Question
 from proof.seal import seal, truth_text, unseal
 from proof.trial import NoTrial, Trial
 from proof.truth import Truth
+from twin.finite import finite
 from twin.whole_file import write_whole
 
 A = TypeVar("A")
@@ -78,6 +81,8 @@ def prove(
         for t in trials
         if t.name not in done
     )
+    if left:
+        run.ledger.append(LEFT, "", left_out(left))
     return tuple(done.values()), left, run.ledger
 
 
@@ -140,10 +145,12 @@ class _Run:
                 for n, (truth, _) in truths.items()
             }
             known = self._gathered("compared", asked)
-        return {
-            n: _judged(sealed[n], truth, verdicts[n], known.get(n) or _without(self.reasons[n]))
-            for n, truth in truths.items()
-        }
+        compared = {n: known.get(n) or _without(self.reasons[n]) for n in truths}
+        for n, found in compared.items():
+            text = json.dumps(finite(compared_json(**found)), indent=1) + "\n"
+            write_whole(self._folder / n / COMPARED, text)
+            self.ledger.append("compared", n, {COMPARED: sha256_of(text.encode())})
+        return {n: _judged(sealed[n], truths[n], verdicts[n], compared[n]) for n in truths}
 
     def _gathered(self, phase: str, asked: Mapping[str, Callable[[], Future[A]]]) -> dict[str, A]:
         """Results by name; who looks on is told of each.

@@ -127,8 +127,11 @@ def _measured(kept: Channel, channel: str) -> bool:
 
 
 def predicted_rms(channel: Opened) -> float:
-    """Of what the tool says in the end: the twin as configured, where it named nothing."""
-    return channel.rms_before if channel.rms_after is None else channel.rms_after
+    """Of what the tool says in the end: the twin as configured, where it named nothing.
+
+    With what it named, as --adopt takes it, not with what looks like that and acts on the channel.
+    """
+    return channel.rms_before if channel.rms_named is None else channel.rms_named
 
 
 def capacity_error(trial: Judged) -> float | None:

@@ -99,7 +99,7 @@ def run(request: Request) -> int:
     _check_free(request.out)
     choice = checked_pack(request.pack)
     files = named(request)
-    drawn = {name: _drawn(path, request, choice, concealed) for name, path in files.items()}
+    drawn = drawn_of(request, choice)
     recorded = tuple(Recorded(name=n, sha256=sha256_of(path)) for n, path in files.items())
     print_packs({name: d.use for name, d in drawn.items()})
     for text in doubts_of(drawn):
@@ -291,14 +291,29 @@ def flight_of(drawn: Drawn, name: str, allowed: tuple[Other, ...]) -> Flight:
     )
 
 
+def flights_of(
+    drawn: Mapping[str, Drawn], choice: PackChoice
+) -> tuple[list[Flight], tuple[str, ...]]:
+    """All of one pack file, and why no other cells are known that may be its own as well."""
+    first = next(iter(drawn.values()))  # the cell is that of one pack file
+    allowed, untold = allowed_of(first.pack, choice)
+    return [flight_of(d, name, allowed) for name, d in drawn.items()], untold
+
+
+def drawn_of(request: Request, choice: PackChoice) -> dict[str, Drawn]:
+    """Name -> recording; what is to be concealed is."""
+    concealed = _channels(request.conceal)
+    files = named(request)
+    return {name: _drawn(path, request, choice, concealed) for name, path in files.items()}
+
+
 def _explained(
     drawn: Mapping[str, Drawn], choice: PackChoice, fitted: int, floor_mv: float | None
 ) -> Finding:
     """By the first so many recordings; the others are held out."""
     slow_V = None if floor_mv is None else 1e-3 * floor_mv
-    first = next(iter(drawn.values()))  # the cell is that of one pack file
-    allowed, untold = allowed_of(first.pack, choice)
-    flights = [flight_of(d, name, allowed) for name, d in drawn.items()]
+    first = next(iter(drawn.values()))
+    flights, untold = flights_of(drawn, choice)
     with _refusing(), watching(None, "models") as tell, remembered() as interrupted:
         looked_at = 0
 

@@ -7,6 +7,7 @@ import matplotlib as mpl
 from matplotlib.backends.backend_svg import FigureCanvasSVG
 from matplotlib.figure import Figure as Canvas
 
+from proof.capacity import FITTED
 from proof.outcome import Judged, Opened, Proof
 from proof.page.words import short
 from proof.tally import simulated
@@ -39,7 +40,8 @@ COLUMNS = (
     Column(title="recording", numeric=False),
     Column(title="channel", numeric=False),
     Column(title="before, rms"),
-    Column(title="after, rms"),
+    Column(title="with what was named, rms"),
+    Column(title="with what looks alike, rms"),
     Column(title="unit", numeric=False),
     Column(title="wanted", numeric=False),
     Column(title="verdict was", numeric=False),
@@ -50,6 +52,7 @@ CAPACITIES = (
     Column(title="measured [Ah]"),
     Column(title="found [Ah]"),
     Column(title="off by [%]"),
+    Column(title="as in the recording that was fitted: off by [%]"),
     Column(title="verdict was", numeric=False),
 )
 Pair = tuple[Judged, Opened]
@@ -70,7 +73,8 @@ def channels(proof: Proof) -> Section | None:
             "The tool had current and voltage alone. What is shown here was recorded or simulated "
             "with them, sealed, and looked at when the verdict was written. Before: the twin as "
             "configured; after: the twin with what was named, of effects that look alike the first "
-            "that acts on this channel. Recorded ones come first.",
+            "that acts on this channel, which nobody knew before it was opened. What counts is the "
+            "twin with what was named, whatever looks like it. Recorded ones come first.",
         ),
         figures=tuple(
             _figure([p for p in own if p[1].channel == which], which, f"channel{k}")
@@ -147,14 +151,17 @@ def _table(own: Sequence[Pair]) -> tuple[Table, ...]:
 
 def _row(t: Judged, c: Opened) -> tuple[Cell, ...]:
     limit = LIMITS.get(c.channel)
-    after = MISSING if c.rms_after is None else _shown(c, c.rms_after)
+    named, alike = (
+        MISSING if rms is None else _shown(c, rms) for rms in (c.rms_named, c.rms_after)
+    )
     wanted = MISSING if limit is None else f"≤ {fixed(limit if c.unit == 'K' else 1e3 * limit, 0)}"
     return (
         Cell(text=t.name),
         Cell(text=c.recording),
         Cell(text=c.channel),
         Cell(text=_shown(c, c.rms_before)),
-        Cell(text=after, doubt=limit is not None and not predicted_rms(c) <= limit),
+        Cell(text=named, doubt=limit is not None and not predicted_rms(c) <= limit),
+        Cell(text=alike),
         Cell(text=_unit(c)),
         Cell(text=wanted),
         Cell(text=t.outcome.value),
@@ -165,18 +172,25 @@ def _capacities(asked: Sequence[Judged]) -> tuple[Table, ...]:
     if not asked:
         return ()
     rows = tuple(_capacity(t) for t in asked)
-    text = f"Capacity after the recordings (wanted: within {fixed(100 * CAPACITY, 0)} %)"
+    text = (
+        f"Capacity after the recordings (wanted: within {fixed(100 * CAPACITY, 0)} %). Whoever "
+        "takes the charge of the recording that was fitted for it is off by as much as the column "
+        "before the last says: less is what the twin adds"
+    )
     return (Table(caption=text, columns=CAPACITIES, rows=rows),)
 
 
 def _capacity(t: Judged) -> tuple[Cell, ...]:
     off = capacity_error(t)
     text = "not found" if off is None else fixed(100 * off, 1)
+    given_Ah, true_C = (t.truth.details or {}).get(FITTED), t.truth.capacity_C
+    same = 3600 * float(given_Ah) / true_C - 1 if given_Ah and true_C else None
     return (
         Cell(text=t.name),
         Cell(text=t.source),
         Cell(text=ampere_hours(t.truth.capacity_C, 2)),
         Cell(text=ampere_hours(t.capacity_C, 2)),
         Cell(text=text, doubt=off is None or not abs(off) <= CAPACITY),
+        Cell(text=fixed(None if same is None else 100 * same, 1)),
         Cell(text=t.outcome.value),
     )

@@ -20,7 +20,7 @@ from pathlib import Path
 
 import numpy as np
 
-from proof.capacity import CURRENT, EMPTY
+from proof.capacity import CURRENT, EMPTY, FITTED
 from proof.question import Question, Recording
 from proof.recorded.calibrated import Calibrated
 from proof.recorded.instruments import by_cycler
@@ -86,7 +86,7 @@ def _made(ages: tuple[int, int], folder: Path, cache: Path) -> tuple[Question, T
             CURRENT: float(np.median(later.current_A[flows])),
             EMPTY: float(later.voltage_V[flows].min()),
             "new, Ah": float(new.drawn_C[-1]) / 3600,
-            "fitted, Ah": float(first.drawn_C[-1]) / 3600,
+            FITTED: float(first.drawn_C[-1]) / 3600,
             "missed of the aged check-up, V rms": missed_V,
             "missed of the new one, V rms": new_V,
         },

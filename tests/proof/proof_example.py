@@ -82,7 +82,7 @@ def opened(recording: str, channel: str, rms: tuple[float, float | None]) -> Ope
     return Opened(
         recording=recording, channel=channel, unit=UNITS[channel], time_s=TIME_S, measured=base,
         before=base - before, after=None if after is None else base + after,
-        rms_before=before, rms_after=after,
+        rms_before=before, rms_after=after, rms_named=after,
     )  # fmt: skip
 
 

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from proof.baselines import baselines, by_chance
+from proof.baselines import baselines, by_chance, recordings
 from proof.correction import Answered, _cross_validated, corrected
 from proof.question import Question, Recording
 from tests.proof import trials
@@ -140,3 +140,18 @@ def test_samples_that_stand_alone_count_for_nobody() -> None:
     refit, correction, _ = baselines(question, verdict)
     assert refit.held_out_V < 1.2 * NOISE_V
     assert correction.held_out_V < 1.5 * NOISE_V
+
+
+def test_recordings_are_read_as_the_verdict_read_them() -> None:
+    """From the files of the question, and with the mean of what an idle current's sensor makes."""
+    question = trials.asked(trials.OHM)
+    first = question.fitted[0]
+    idle = first.time_s < 30
+    noise_A = np.random.default_rng(2).normal(0.3, 0.2, first.time_s.size)
+    idling = replace(first, current_A=np.where(idle, noise_A, first.current_A))
+    (fitted,), (held_out,) = recordings(replace(question, fitted=(idling,)))
+    assert np.ptp(fitted.load.current_A[5:280]) < 0.01
+    np.testing.assert_array_equal(fitted.voltage_V, first.voltage_V)
+    np.testing.assert_array_equal(held_out.load.current_A, question.held_out[0].current_A)
+    assert fitted.load.ambient_K == question.ambient_K
+    assert fitted.pack.initial_soc == question.pack.initial_soc

@@ -9,7 +9,9 @@ import pytest
 
 from proof.compare import adopted, opened, outcome, sized
 from proof.outcome import Named, Outcome
+from proof.targets import predicted_rms
 from proof.truth import Channel, Number, Truth
+from tests.proof import trials
 from tests.proof.trials import asked
 from tests.twin.mismatch.recordings import pack
 from twin.effects import SeriesResistance, WeakCell
@@ -124,3 +126,25 @@ def test_voltages_of_cells_are_those_of_a_weak_cell_that_looks_like_what_was_nam
     assert weakest.rms_before > 0.1
     assert weakest.rms_after == pytest.approx(0.0, abs=2e-3)
     assert others.rms_after == pytest.approx(0.0, abs=1e-6)
+
+
+def test_a_channel_counts_by_what_was_named_not_by_what_looks_like_it() -> None:
+    """A resistance was named, heat looks like it: which of them is asked for, nobody knew."""
+    question = trials.asked(trials.OHM)
+    truth = trials.true_of(trials.OHM, question)
+    ohm = {"name": "resistance_ohm", "value": trials.OHM}
+    heat = {"name": "heat_transfer_W_m2_K", "value": 5.0}
+    verdict = {
+        "verdict": "named",
+        "effects": [
+            {
+                "id": "series_resistance", "probability": 1.0, "equivalent": ["self_heating"],
+                "parameters": [ohm], "instead": {"self_heating": [heat]},
+            }
+        ],
+    }  # fmt: skip
+    (found,) = opened(question, truth, verdict)
+    assert found.rms_named == pytest.approx(found.rms_before, abs=0.05)
+    assert found.rms_after is not None
+    assert abs(found.rms_after - found.rms_before) > 0.2
+    assert predicted_rms(found) == found.rms_named

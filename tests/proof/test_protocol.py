@@ -82,7 +82,9 @@ def proven(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, Results]:
 def test_every_verdict_is_written_before_any_truth_is_opened(proven: tuple[Path, Results]) -> None:
     folder, _ = proven
     entries = read_ledger((folder / LEDGER).read_text())
-    assert [e.event for e in entries] == ["sealed"] * 2 + ["judged"] * 2 + ["opened"] * 2
+    both = [event for event in EVENTS for _ in range(2)]
+    assert [e.event for e in entries] == [*both, "left out"]
+    assert list(entries[-1].sha256) == ["trial-003", "trial-004"]
 
 
 def test_outcomes_numbers_and_channels_of_what_was_opened(proven: tuple[Path, Results]) -> None:
@@ -166,7 +168,7 @@ def test_a_ledger_with_a_line_changed_put_in_or_taken_out_is_broken(tmp_path: Pa
     for event in EVENTS:
         ledger.append(event, "trial-001", {"file": "0" * 64})
     lines = (tmp_path / LEDGER).read_text().splitlines()
-    assert len(read_ledger("\n".join(lines))) == 3
+    assert len(read_ledger("\n".join(lines))) == len(EVENTS)
     for bad in (
         [lines[0].replace("trial-001", "trial-002"), *lines[1:]],
         [lines[0], lines[0], *lines[1:]],
@@ -221,7 +223,7 @@ def test_a_stop_while_truths_are_made_begins_no_verdict(
     assert seen == ["sealed"]
     assert not done
     assert [n.reason for n in left] == ["stopped before"] * 3
-    assert [e.event for e in read_ledger((tmp_path / LEDGER).read_text())] == ["sealed"]
+    assert [e.event for e in read_ledger((tmp_path / LEDGER).read_text())] == ["sealed", "left out"]
 
 
 def test_a_pool_that_broke_costs_its_trials_and_is_told(tmp_path: Path) -> None:

@@ -34,6 +34,11 @@ STRONG = np.exp(ALIKE)  # odds
 FAR = 2.0  # standard deviations of a start, beyond which it is worth a word
 
 
+def begun(flight: Flight) -> Flight:
+    """As it is judged: its idle current steady, from the nearest start where nothing told it."""
+    return started(steadied(flight))
+
+
 def explain(  # noqa: PLR0913
     fitted: Sequence[Flight], held_out: Sequence[Flight] = (), *,
     hypotheses: Sequence[Hypothesis] = HYPOTHESES, slow_V: float | None = None,
@@ -56,7 +61,7 @@ def explain(  # noqa: PLR0913
     """
     slow_V = _stated_V(fitted) if slow_V is None else slow_V
     given = (*fitted, *held_out)
-    fitted, held_out = ([started(steadied(f)) for f in own] for own in (fitted, held_out))
+    fitted, held_out = (list(map(begun, own)) for own in (fitted, held_out))
     data = split(fitted, held_out, slow_V=slow_V)
     stated = slow_V is not None
     most = {"most_effects": 1, "most_alone": SHORT} if short else {}
