@@ -22,7 +22,9 @@ LEAD = (
     "is entered in a ledger. The judge is the ordinary command, twin explain, in a process of its "
     "own. It gets a folder with what a user would have, a twin and recordings, under names that "
     "say nothing; it has neither the truth nor its key. When its verdict is written, the "
-    "verdict's hash is entered too. Then the truth is opened, with its key, and compared.",
+    "verdict's hash is entered too. Then the truth is opened, with its key, and compared: "
+    "baselines, concealed channels and capacities are entered as well, before the hash that is "
+    "shown here.",
     "Simulated truths are PyBaMM's Doyle-Fuller-Newman model on fine meshes. Against meshes twice "
     "as fine in every direction and a hundredth of the tolerance, the voltage of four cells in "
     "series is 0.1 to 0.7 mV rms off, by cell and effect (tests/mismatch_cases/mesh_error.py). At "
@@ -37,7 +39,8 @@ LEAD = (
     "cannot tell: for that, run the trials yourself, with a seed of your own.",
     "To check a run, twin prove --check follows the ledger from entry to entry, computes the hash "
     "of every file anew and opens every sealed truth again with its key: it has to be the one "
-    "that is shown. From truths and verdicts it makes proof.json again, which has to be the same.",
+    "that is shown. From truths, verdicts and comparisons it makes proof.json again, which has to be the "
+    "same.",
 )
 
 
