@@ -39,8 +39,8 @@ LEAD = (
     "cannot tell: for that, run the trials yourself, with a seed of your own.",
     "To check a run, twin prove --check follows the ledger from entry to entry, computes the hash "
     "of every file anew and opens every sealed truth again with its key: it has to be the one "
-    "that is shown. From truths, verdicts and comparisons it makes proof.json again, which has to be the "
-    "same.",
+    "that is shown. From truths, verdicts and comparisons it makes proof.json again, which has to "
+    "be the same.",
 )
 
 
