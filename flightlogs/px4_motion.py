@@ -64,7 +64,7 @@ def position_setpoint(topics: Px4Topics, modes: Sequence[ModeSpan]) -> Channel |
 def _setpoint(
     topics: Px4Topics, modes: Sequence[ModeSpan], layouts: tuple[tuple[str, ...], ...]
 ) -> Channel | None:
-    """Of the topic that says most; firmware until 1.8 writes 0 for what an altitude mode leaves."""
+    """Of the topic that says most; firmware until 1.7 writes 0 for what an altitude mode leaves."""
     found: list[tuple[float, Channel]] = []
     for name in SETPOINTS:
         samples = topics.measured(name)

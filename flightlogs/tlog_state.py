@@ -16,7 +16,7 @@ from flightlogs.table import RawLog, Table
 SIMULATION = ("SIMSTATE", "SIM_STATE", "HIL_STATE_QUATERNION", "HIL_ACTUATOR_CONTROLS")
 ARMED_BIT, HIL_BIT = 128, 32
 LANDED_UNKNOWN, ON_GROUND = 0, 1
-SHORT_S = 60.0
+SHORT_S = 60.0  # in which nobody lands, changes the pack and takes off
 SILENCE_S = 10.0  # without a heartbeat (1 Hz) the link is lost and the state unknown
 
 
@@ -78,8 +78,7 @@ def _heartbeats(log: Telemetry) -> tuple[Table, FloatArray]:
 def armed_spans(log: Telemetry) -> tuple[Interval, ...]:
     """Spans of the armed bit; unknown, hence not armed, when heartbeats stay away.
 
-    But not where it is armed before and after SHORT_S or less: nobody lands, changes the pack and
-    takes off in that time.
+    But not where it is armed before and after SHORT_S or less.
     """
     table, time_s = _heartbeats(log)
     armed = table.numbers["base_mode"].astype(int) & ARMED_BIT > 0

@@ -105,7 +105,7 @@ def read_test(stream: TextIO, *, name: str) -> MeasuredTable:
     lines = [line for line, kept in zip(lines, measured.tolist(), strict=True) if kept]
     columns = {q: v[measured] for q, v in columns.items()}
     time_s = columns["time_s"]
-    for quantity in {*OPTIONAL} & {*columns}:
+    for quantity in (q for q in OPTIONAL if q in columns):
         columns[quantity], said = _throughout(time_s, columns[quantity], quantity)
         remarks += said
     if time_s.size < 2:
