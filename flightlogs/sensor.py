@@ -231,13 +231,14 @@ def keep_one_clock(time_s: FloatArray) -> tuple[BoolArray, int, int, int, int]:
 
 
 def glitches(current_A: FloatArray) -> BoolArray:
-    """(n,) single samples that are GLITCH times as large as all that stand beside others."""
+    """(n,) single samples GLITCH times as large as all that are not single, and not at the rail."""
     known, out = np.isfinite(current_A), np.zeros(current_A.size, dtype=bool)
     if np.sum(known) < LEAST_FOR_GLITCHES:
         return out
     own = current_A[known]
     single = spikes(own)
-    out[known] = single & (np.abs(own) > GLITCH * np.max(np.abs(own[~single])))
+    at_rail = np.abs(np.abs(own) - RAIL_A) <= RAIL_TOLERANCE_A
+    out[known] = single & ~at_rail & (np.abs(own) > GLITCH * np.max(np.abs(own[~single])))
     return out
 
 
