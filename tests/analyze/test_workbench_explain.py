@@ -220,7 +220,7 @@ def test_a_log_has_its_motions_in_the_spans(tmp_path: Path) -> None:
         (("empty.ulg",), "empty.ulg: the file is empty"),
         (("back.csv",), "back.csv, line 4: the clock goes back, from 9 s to 8 s (1 such lines)"),
         ((str(SAMPLES / "light.ulg"), "--between", "hold"), "log: --between belongs to a CSV"),
-        (("a.csv", "--battery", "1"), "is no flight log: --sensor and --battery belong to one"),
+        (("a.csv", "--battery", "1"), "is no flight log: --battery belongs to one"),
         (("bad.csv",), "no column for time_s and current_A: expected quantity and unit in its"),
         (("amps.csv",), "11.11 Ah between its fullest and its emptiest are 5.1 times the 2.20 Ah"),
     ],

@@ -187,7 +187,7 @@ def test_a_rate_sweep_goes_down_to_the_cut_off(tmp_path: Path) -> None:
         (("LOAD", "--ambient-c", "25,-99"), "expected numbers above -73, 126 at most, with commas"),
         ((str(SAMPLES / "light.ulg"), "--between", "hold"), "log: --between belongs to a CSV"),
         ((str(SAMPLES / "light.ulg"), "--sensor", __file__), "no table: expected lines of a time"),
-        (("LOAD", "--battery", "1"), "--sensor and --battery belong to one"),
+        (("LOAD", "--battery", "1"), "--battery belongs to one"),
     ],
 )
 def test_what_cannot_be_meant_is_wrong_use(
