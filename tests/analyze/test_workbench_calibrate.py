@@ -320,7 +320,8 @@ def test_a_kill_while_concluding_leaves_the_fit_and_no_older_page(
 
     file, out = put_test(tmp_path, stop=150)[0], tmp_path / "out"
     out.mkdir()
-    (out / "new.html").write_text("of an earlier fit")
+    for name in ("new.html", "new.ageing.json"):
+        (out / name).write_text("of an earlier fit")
     monkeypatch.setattr("analyze.workbench.calibrate.fit", first_only)
     monkeypatch.setattr("analyze.workbench.calibrate.conclusions", killed)
     with pytest.raises(Killed):

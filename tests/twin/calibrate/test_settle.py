@@ -113,7 +113,7 @@ def test_tests_that_a_twin_misses_much_weigh_less() -> None:
     assert end.problem.rms_V(end.q, 0) < 1.1 * loud.problem.rms_V(loud.q, 0)
     assert taken_V(end.problem) == pytest.approx(end.problem.rms_V(end.q, 0), rel=0.1)
     found = next(conclusions(end.problem, end.q, tests))
-    assert any("more than the 5 mV that one may" in r for r in found.remarks)
+    assert any("more than the 5 mV allowed" in r for r in found.remarks)
 
 
 def test_tests_that_a_twin_follows_weigh_what_they_did() -> None:
@@ -121,7 +121,7 @@ def test_tests_that_a_twin_follows_weigh_what_they_did() -> None:
     *_, end = least_squares(problem, np.zeros(len(problem.free)))
     assert list(weighed(end)) == []
     found = next(conclusions(end.problem, end.q, tests))
-    assert not any("that one may" in r for r in found.remarks)
+    assert not any("mV allowed" in r for r in found.remarks)
 
 
 def test_a_test_that_a_twin_misses_by_far_more_than_the_others_weighs_less_than_they_do() -> None:
