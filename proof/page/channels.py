@@ -40,8 +40,8 @@ COLUMNS = (
     Column(title="recording", numeric=False),
     Column(title="channel", numeric=False),
     Column(title="before, rms"),
-    Column(title="with what was named, rms"),
-    Column(title="with what looks alike, rms"),
+    Column(title="as named, rms"),
+    Column(title="look-alike, rms"),
     Column(title="unit", numeric=False),
     Column(title="wanted", numeric=False),
     Column(title="verdict was", numeric=False),
@@ -52,7 +52,7 @@ CAPACITIES = (
     Column(title="measured [Ah]"),
     Column(title="found [Ah]"),
     Column(title="off by [%]"),
-    Column(title="as in the recording that was fitted: off by [%]"),
+    Column(title="as fitted: off by [%]"),
     Column(title="verdict was", numeric=False),
 )
 Pair = tuple[Judged, Opened]
