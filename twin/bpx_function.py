@@ -56,8 +56,8 @@ class Expression:
             raise ExpressionError(f"{self.text!r}: {e}") from e
 
     def __call__(self, x: ca.SX) -> ca.SX:
-        """Element by element."""
-        return _walk(_tree(self.text), x)
+        """Element by element; a text without x is the same everywhere."""
+        return _walk(_tree(self.text), x) + 0 * x
 
 
 @dataclass(frozen=True, slots=True)

@@ -118,7 +118,7 @@ def _table(
     cells = [_column(lines, p, f"cell {k}", name)[kept] for k, p in enumerate(of_cells, start=1)]
     cells_V, dead = _living(cells)
     voltage_V = columns.get("voltage_V")
-    if voltage_V is not None:
+    if voltage_V is not None and (cells_V is None or np.isfinite(voltage_V).any()):
         dead = dead | (voltage_V == 0.0)
         voltage_V = np.where(voltage_V == 0.0, np.nan, voltage_V)
     elif cells_V is not None:
@@ -151,8 +151,8 @@ TURNED = "In this file discharge current is negative, as its voltage shows: it w
 
 
 def _living(cells: Sequence[FloatArray]) -> tuple[FloatArray | None, npt.NDArray[np.bool_]]:
-    """(n, cells) without those that are 0 V throughout, and (n,) where one of the others is."""
-    there = [own for own in cells if np.any(own != 0.0)]
+    """(n, cells) without those that are 0 V or blank throughout; (n,) where another is 0 V."""
+    there = [own for own in cells if np.any(np.isfinite(own) & (own != 0.0))]
     if not there:
         return None, np.zeros(1, dtype=bool)
     cells_V = np.column_stack(there)

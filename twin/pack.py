@@ -30,7 +30,7 @@ from twin.parameters import (
     hysteresis_parameters,
     mechanics_parameters,
 )
-from twin.windows import rest_V
+from twin.windows import rest_V, window_C
 
 FloatArray = npt.NDArray[np.float64]
 
@@ -181,6 +181,11 @@ class Pack:
             if isinstance(effect, OcvHysteresis):
                 values |= hysteresis_parameters(self.cell, effect)
         return values | (ageing_parameters(self.effects, self.mechanics) if self.ages else {})
+
+    @property
+    def window_C(self) -> float:
+        """Charge between states of charge of 0 and 1, with all effects [C]; not what is rated."""
+        return self.parallel * window_C(self.cell_parameters())
 
     @property
     def weak(self) -> tuple[WeakCell, ...]:

@@ -385,8 +385,8 @@ def _constant_voltage(
 ) -> tuple[Stretch, Status]:
     voltage_V, until_A = step.voltage_V / pack.series, step.until_A / pack.parallel
     low, high = stepper.limits.lower_V, stepper.limits.upper_V
-    if not low <= voltage_V <= high:
-        raise ProtocolError(f"voltage_V = {voltage_V} of a cell: expected {low} to {high}")
+    if min(voltage_V - low, high - voltage_V) < -1e-9:  # V: by more than rounding
+        raise ProtocolError(f"voltage_V = {voltage_V:g} of a cell: expected {low:g} to {high:g}")
 
     def move(point: Point, step_s: float, about_A: float) -> Point:
         return stepper.hold(point, step_s, about_A, voltage_V)

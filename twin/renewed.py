@@ -6,7 +6,7 @@ import numpy as np
 
 from twin.load_csv import FloatArray, LoadTable
 
-LOADED = 0.25  # of the median current: at rest everything stands still
+LOADED = 0.25  # of the median current
 TOGETHER = 0.6
 """Correlation of what a current and a voltage repeat: of two that are rounded, and a current that
 holds, it is small; of a line that is written again it is 1 but for what rounding repeats."""
@@ -25,7 +25,7 @@ def renewed(table: LoadTable) -> LoadTable:
     if not loaded.any():
         return table
     same = [np.diff(x) == 0.0 for x in (table.current_A, table.voltage_V)]
-    both = same[0] & same[1]
+    both = same[0] & same[1] & loaded  # at rest everything stands still
     current, voltage = (x[loaded] for x in same)
     alike = current.std() > 0.0 < voltage.std() and np.corrcoef(current, voltage)[0, 1] > TOGETHER
     if not alike or np.mean(both[loaded]) < LEAST:

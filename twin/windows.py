@@ -8,6 +8,7 @@ import casadi as ca
 from scipy.optimize import brentq
 
 from twin.cell import Cell, Function
+from twin.constants import FARADAY_C_mol
 from twin.equilibrium import Inventory
 from twin.one_thread import SYMBOLS
 
@@ -74,25 +75,34 @@ class Windows:
         return at[0] * self.holds[0] + at[1] * self.holds[1]
 
     def _at(self, lithium: float, voltage_V: float) -> tuple[float, float]:
-        """Stoichiometries at which a cell with so much lithium rests at a voltage."""
+        """Stoichiometries at which a cell with so much lithium rests at a voltage.
+
+        Or the emptiest there are, where an electrode is full or empty before it falls so low.
+        """
         inventory = Inventory(negative=0.0, positive=lithium, holds=self.holds)
 
         def above_V(x: float) -> float:
             return rest_V(self.cell, (x, inventory.positive_at(x))) - voltage_V
 
         low, high = inventory.bounds()
-        if not above_V(low) < 0 < above_V(high):
+        if low >= high or above_V(high) <= 0:
             raise ValueError(
                 f"no cell with {lithium / self._lithium(self.full):.2f} of its lithium rests at "
                 f"{voltage_V:.2f} V"
             )
-        x = float(brentq(above_V, low, high, xtol=1e-14))
+        x = low if above_V(low) >= 0 else float(brentq(above_V, low, high, xtol=1e-14))
         return x, inventory.positive_at(x)
 
 
 def _holds(numbers: Mapping[str, float], side: str) -> float:
     solid = numbers[f"{side}.specific_area_m2_m3"] * numbers[f"{side}.particle_radius_m"] / 3
     return numbers[f"{side}.max_concentration_mol_m3"] * solid * numbers[f"{side}.thickness_m"]
+
+
+def window_C(numbers: Mapping[str, float]) -> float:
+    """Charge of one cell from empty to full, by the kernel's `numbers` of it [C]."""
+    width = numbers["negative.stoichiometry_max"] - numbers["negative.stoichiometry_min"]
+    return FARADAY_C_mol * numbers["area_m2"] * _holds(numbers, "negative") * width
 
 
 def rest_V(cell: Cell, at: tuple[float, float]) -> float:

@@ -289,6 +289,13 @@ def test_charge_scales_with_the_pack(lipo: Cell) -> None:
         assert b.charge_C == pytest.approx(4 * a.charge_C, rel=1e-5)
 
 
+def test_a_charge_to_a_cut_off_that_no_float_shares_out_exactly(lipo: Cell) -> None:
+    cell = replace(lipo, upper_cut_off_V=3.65)
+    assert 9 * cell.upper_cut_off_V / 9 > cell.upper_cut_off_V
+    pack = Pack(cell=cell, initial_soc=0.2, series=9)
+    assert run(pack, charge_cc_cv(pack)).status is Status.DONE
+
+
 def test_impossible_steps_are_refused(lipo: Cell) -> None:
     with pytest.raises(ProtocolError, match="needs until_V or duration_s"):
         ConstantCurrent(current_A=1.0)

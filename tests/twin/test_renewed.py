@@ -36,6 +36,19 @@ def test_a_telemetry_slower_than_its_log(random: np.random.Generator, step_V: fl
     )
 
 
+def test_a_rest_keeps_its_lines_and_the_charge_its_sum(random: np.random.Generator) -> None:
+    current_A, voltage_V = flight(random)
+    held = np.repeat(np.arange(N // 2), 2)
+    current_A, voltage_V = current_A[held], voltage_V[held]
+    rest = np.r_[0 : N // 4, N - N // 4 : N]
+    current_A[rest], voltage_V[rest] = 0.0, 16.2
+    own = table(current_A, voltage_V)
+    kept = renewed(own)
+    assert np.isin(own.time_s[rest], kept.time_s).all()
+    charge_C = [np.trapezoid(of.current_A, of.time_s) for of in (own, kept)]
+    assert charge_C[1] == pytest.approx(charge_C[0], rel=0.01)
+
+
 @pytest.mark.parametrize(("step_A", "step_V"), [(0.01, 1e-3), (0.5, 0.025), (2.0, 0.1)])
 def test_rounding_repeats_a_line_now_and_then(
     random: np.random.Generator, step_A: float, step_V: float

@@ -90,6 +90,16 @@ def test_units_temperature_and_cells_are_read_and_the_air_is_not_the_pack() -> N
     np.testing.assert_allclose(table.temperature_K, [293.15, 294.15])
 
 
+@pytest.mark.parametrize("blank", ["Cell 3 / V", "Voltage / V"])
+def test_a_column_without_an_entry_is_no_cell_and_no_voltage(blank: str) -> None:
+    rows = "".join(f"{t},{-t % 7},{4.1 - 0.01 * (-t % 7)},4,\n" for t in range(30))
+    table = read(f"Time / s,Current / A,Cell 1 / V,Cell 2 / V,{blank}\n{rows}")
+    assert table.cell_voltage_V is not None
+    assert table.cell_voltage_V.shape == (30, 2)
+    assert table.voltage_V == pytest.approx(table.cell_voltage_V.sum(axis=1))
+    assert table.remarks == ()
+
+
 def test_units_change_nothing() -> None:
     plain = read("time_s,current_A,voltage_V\n0,0.5,16.2\n1.5,20,15.4\n")
     scaled = read("Time / ms,Current / mA,Voltage / mV\n0,500,16200\n1500,20000,15400\n")

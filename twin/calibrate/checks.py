@@ -97,10 +97,12 @@ def own_error_V(tests: Sequence[Fitted]) -> float:
 
 
 def stated_error_V(tests: Sequence[Fitted]) -> float | None:
-    """The same; None where nobody knows it, since no test was predicted, or it is but noise."""
-    error_V = own_error_V(tests)
-    known = any(_predicted_V(f) is not None for f in tests)
-    return error_V if known and 0.0 < error_V < np.inf else None
+    """The same of those that were predicted, none but by a fit; None if none was, or it is noise.
+
+    An interrupt leaves some that were not. Nor is one whose prediction does not begin.
+    """
+    told = [f for f in tests if (by_V := _predicted_V(f)) is not None and by_V < np.inf]
+    return (own_error_V(told) or None) if told else None
 
 
 def _predicted_V(test: Fitted) -> float | None:

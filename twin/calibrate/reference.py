@@ -120,15 +120,20 @@ def reference_test(
 def discharge_sign(current: FloatArray, voltage: FloatArray, *, name: str) -> tuple[float, str]:
     """1 or -1, the factor that makes discharge positive, and how it was seen.
 
-    More discharge current is less voltage at once: the sum of products of their changes from
-    sample to sample is negative. Without a change of current, voltage falls in discharge.
-    CalibrationError where neither shows.
+    More discharge current is less voltage at once: the sum of products of their changes is
+    negative. Where a current stays, its voltage is that of the row after, for a logger may have
+    read that of the first row before the change. Without a change of current, voltage falls in
+    discharge. CalibrationError where neither shows.
     """
     if not np.abs(current).max() > 0:
         raise CalibrationError(f"{name}: the current is zero throughout: nothing to calibrate from")
     jumps = np.diff(current)
     large = np.abs(jumps) > 0.2 * np.abs(current).max()
-    together = float(np.dot(jumps[large], np.diff(voltage)[large]))
+    inner = large[:-1]  # a change in the last row may have the voltage of before it
+    stays = inner & ~large[1:]
+    one_V, two_V = np.diff(voltage)[:-1], voltage[2:] - voltage[:-2]
+    where, answer_V = (stays, two_V) if stays.any() else (inner, one_V)
+    together = float(np.dot(jumps[:-1][where], answer_V[where]))
     how = "at its jumps"
     if together == 0.0:
         together = float(np.dot((current[1:] + current[:-1]) / 2, np.diff(voltage)))

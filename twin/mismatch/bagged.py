@@ -2,9 +2,9 @@
 
 A calibrated twin errs by more than noise, and where it does decides between models that leave as
 much: evidence grows with every sample and is sure of one of them, of another day it would be as
-sure of the other. Bagged, evidence is that of recordings each drawn anew from its own stretches, as
-long as the twin's error remembers, and a model's probability is its mean over the draws. What wins
-in every stretch stays as sure as it was; what wins in one alone does not.
+sure of the other. Bagged, evidence is that of recordings drawn anew from their stretches, as long
+as the twin's error remembers, and a model's probability is its mean over the draws. What wins in
+every stretch stays as sure as it was; what wins in one alone does not, be it a flight of minutes.
 
 Sources: J. H. Huggins, J. W. Miller, Reproducible model selection using bagged posteriors, Bayesian
 Analysis 18, 79 (2023); of stretches instead of samples H. R. Kuensch, The jackknife and the
@@ -32,11 +32,10 @@ def bagged(logs: FloatArray, recordings: Iterable[FloatArray]) -> FloatArray:
         recordings: of each, (m, b) logarithms of its likelihood in b stretches of one recording,
             at its best numbers.
     """
-    random = np.random.default_rng(0)
-    drawn = logs[:, None]
-    for own in recordings:
-        b = own.shape[1]
-        drawn = drawn + own @ (random.multinomial(b, np.full(b, 1.0 / b), size=DRAWS).T - 1.0)
+    own = np.hstack(list(recordings))
+    b = own.shape[1]
+    times = np.random.default_rng(0).multinomial(b, np.full(b, 1.0 / b), size=DRAWS)
+    drawn = logs[:, None] + own @ (times.T - 1.0)
     shares = drawn - logsumexp(drawn, axis=0)
     return np.asarray(logsumexp(shares, axis=1) - np.log(shares.shape[1]))
 

@@ -17,6 +17,7 @@ from twin.effects import (
 )
 from twin.load import Between, Load
 from twin.pack import Pack
+from twin.simulate import flowed
 
 FIRST = 5  # samples that tell whether it begins under load
 UNDER_LOAD = 0.1  # of the mean of all: at rest avionics draw less, motors in a descent more
@@ -42,7 +43,7 @@ def preceded(pack: Pack, load: Load, random: np.random.Generator) -> tuple[Pack,
     t, again = load.time_s, _again(load)
     length_s = random.uniform(0.0, LONGEST_S)
     last = int(np.searchsorted(again.time_s, random.uniform(length_s, again.time_s[-1])))
-    drawn_C, end_s = again.drawn_C(), again.time_s[last]
+    drawn_C, end_s = flowed(pack, again).drawn_C(), again.time_s[last]
     possible = again.time_s >= end_s - length_s
     possible &= drawn_C[last] - drawn_C <= _room_C(pack)
     first = int(np.argmax(possible))
@@ -52,8 +53,8 @@ def preceded(pack: Pack, load: Load, random: np.random.Generator) -> tuple[Pack,
         time_s=np.append(before_s, t),
         current_A=np.append(again.current_A[first:last], load.current_A),
     )
-    more_C = float(whole.drawn_C()[before_s.size])
-    soc = pack.initial_soc + min(more_C, _room_C(pack)) / pack.rated_C
+    more_C = float(flowed(pack, whole).drawn_C()[before_s.size])
+    soc = pack.initial_soc + min(more_C, _room_C(pack)) / pack.window_C
     return replace(pack, initial_soc=soc), whole, before_s.size
 
 
@@ -94,4 +95,4 @@ def _room_C(pack: Pack) -> float:
     Nor did it ever state to be more than full, whatever it was.
     """
     fullest, now = pack.charged().initial_soc, pack.numbers()["initial_soc"]
-    return max(min(fullest - now, 1.0 - pack.initial_soc), 0.0) * pack.rated_C
+    return max(min(fullest - now, 1.0 - pack.initial_soc), 0.0) * pack.window_C

@@ -41,7 +41,7 @@ def contradiction(
             data, hypotheses, stated=slow_V is not None, progress=progress, most_effects=1
         )
         scale = scale_of(m.fitted for m in found)
-        alone[name] = decide(found, scale, data.noise_V, stated_V=slow_V or 0.0)
+        alone[name] = decide(found, scale, stated_V=slow_V or 0.0)
         if alone[name].verdict is Verdict.UNKNOWN:
             return together, ()
     if agree(list(alone.values())):

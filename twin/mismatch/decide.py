@@ -56,36 +56,34 @@ class Decision:
     among: tuple[Model, ...] = ()
 
 
-def decide(
-    models: Sequence[Model], scale: float, noise_V: float, *, stated_V: float = 0.0
-) -> Decision:
+def decide(models: Sequence[Model], scale: float, *, stated_V: float = 0.0) -> Decision:
     """Of all that was looked at, the most probable first.
 
     Args:
         models: with the one that leaves nothing out among them.
         scale: by which variances exceed what was expected.
-        noise_V: white noise of the held-out recordings.
         stated_V: error of the twin as whoever calibrated it states it; 0 if nobody did. An effect
             has to change the voltage by more, in what is fitted as in what is held out; or by more
             than OWN_ERROR of it in what is held out, where it was not fitted.
     """
     null = next(m for m in models if not m.ids)
-    enough = _enough(models, stated_V, noise_V) if stated_V else ()
+    enough = _enough(models, stated_V) if stated_V else ()
     if enough:
         models, scale = enough, scale_of(m.fitted for m in enough)
     best = models[0] if enough else _simplest(models)
     changes_V = _changes_V(best.fitted, null.fitted)
     small = max(changes_V) < NUMERICS_V * _series(null.fitted)
     small |= min(changes_V) < stated_V and changes_V[1] < OWN_ERROR * stated_V
-    own = bool(stated_V) and _errs_as_stated(null.fitted, hypot(stated_V, noise_V))
+    own = bool(stated_V) and _errs_as_stated(null.fitted, stated_V)
     idle = not best.ids or null.probability > LIKELY or small or own
     if idle or _misleads(best.fitted, null.fitted):
         verdict = Verdict.NONE if white(null.fitted) or own else Verdict.UNKNOWN
         return Decision(verdict=verdict, model=null, effects=())
     if not enough and not white(best.fitted):
-        models = [m for m in models if m.ids and nearly(m.fitted, null.fitted, noise_V)]
+        models = [m for m in models if m.ids and nearly(m.fitted, null.fitted)]
         within = [m for m in models if set(m.ids) <= set(best.ids)]
-        if not within or best.fitted.held_out_rms_V() < NOT_NOISE * noise_V:
+        most_V = NOT_NOISE * best.fitted.judge.noise_V
+        if not within or best.fitted.held_out_rms_V() < most_V:
             return Decision(verdict=Verdict.UNKNOWN, model=null, effects=())
         best = min(within, key=lambda m: len(m.ids))
     numbers = _numbers(best.fitted, scale)
@@ -102,14 +100,14 @@ def _clear(e: NamedEffect, models: Sequence[Model]) -> bool:
     return e.probability > LIKELY and (len(e.equivalent) <= MOST_ALIKE or alone > LIKELY)
 
 
-def _enough(models: Sequence[Model], stated_V: float, noise_V: float) -> tuple[Model, ...]:
+def _enough(models: Sequence[Model], stated_V: float) -> tuple[Model, ...]:
     """Those of the fewest effects that leave what a calibrated twin may err by, if there are any.
 
     Its error is no noise of a known kind: what more effects take from it speaks for none of them.
     Of as few, those with none within its stated errors come first: one as fast as the noise would
     decide, however little it changes. None has a number that the pack states to be another.
     """
-    most_V = hypot(OWN_ERROR * stated_V, noise_V)
+    most_V = OWN_ERROR * stated_V
     within = [
         m.fitted for m in models if m.ids and _within(m.fitted, most_V) and _believed(m.fitted)
     ]
@@ -180,14 +178,17 @@ def _misleads(fitted: Fitted, without: Fitted) -> bool:
 
 
 def _within(fitted: Fitted, most_V: float) -> bool:
-    """All that is missed, fitted or held out, is less."""
-    return max(fitted.rms_V(), fitted.held_out_rms_V()) < most_V
+    """All that is missed beside noise, fitted or held out, is less."""
+    there = fitted.rms_V() < hypot(most_V, fitted.problem.noise_V)
+    return there and fitted.held_out_rms_V() < hypot(most_V, fitted.judge.noise_V)
 
 
-def _errs_as_stated(null: Fitted, most_V: float) -> bool:
-    """The twin misses less, with its starts fitted or as configured."""
+def _errs_as_stated(null: Fitted, stated_V: float) -> bool:
+    """The twin misses no more beside noise, with its starts fitted or as configured."""
     as_configured_V = null.problem.rms_V(np.zeros(null.problem.size))
-    return max(min(null.rms_V(), as_configured_V), null.held_out_rms_V()) < most_V
+    configured = as_configured_V < hypot(stated_V, null.problem.noise_V)
+    ahead = null.held_out_rms_V() < hypot(stated_V, null.judge.noise_V)
+    return _within(null, stated_V) or (configured and ahead)
 
 
 def _changes_V(fitted: Fitted, null: Fitted) -> tuple[float, float]:
@@ -214,8 +215,9 @@ def most_of_noise(samples: int) -> float:
     return min(FEW, 1.0 + NOT_WHITE[0] / sqrt(samples) + NOT_WHITE[1] / samples)
 
 
-def nearly(fitted: Fitted, null: Fitted, noise_V: float) -> bool:
+def nearly(fitted: Fitted, null: Fitted) -> bool:
     """Little is left on what was not fitted, see NEARLY_ALL."""
+    noise_V = fitted.judge.noise_V
     left_V, share = fitted.held_out_rms_V(), NEARLY_ALL / len(fitted.ids)
     little = left_V**2 - noise_V**2 < share * (null.held_out_rms_V() ** 2 - noise_V**2)
     most_V = max(CELL_V * _series(fitted), OWN_ERROR * fitted.judge.own_V)

@@ -73,7 +73,7 @@ def explain(  # noqa: PLR0913
     scale = scale_of(m.fitted for m in found)
     null = next(m for m in found if not m.ids)
     decision, remarks = contradiction(
-        decide(found, scale, data.noise_V, stated_V=slow_V or 0.0), (*fitted, *held_out),
+        decide(found, scale, stated_V=slow_V or 0.0), (*fitted, *held_out),
         hypotheses, slow_V=slow_V, progress=progress,
     )  # fmt: skip
     decision, drifts = beside_drift(decision, data, found, scale)
@@ -108,7 +108,7 @@ def explain(  # noqa: PLR0913
                 if decision.verdict is Verdict.NONE
                 else _open(data, slow_V or 0.0)
             ),
-            *_not_named(found[0], decision),
+            *_not_named(found, decision),
             *_noisy(data),
             *_idled(given, (*fitted, *held_out), data.noise_V),
             *_begun(data),
@@ -206,9 +206,9 @@ def _left_out(data: Data) -> Iterator[str]:
         )
 
 
-def _not_named(likeliest: Model, decision: Decision) -> Iterator[str]:
-    """Why less is named than has most of the evidence."""
-    own = decision.model
+def _not_named(found: Sequence[Model], decision: Decision) -> Iterator[str]:
+    """Why less is named than has most of the evidence; of all that was looked at, best first."""
+    likeliest, own = found[0], decision.model
     contradictory = bool(decision.effects) and not own.ids
     unknown = decision.verdict is Verdict.UNKNOWN or contradictory
     if unknown or not set(own.ids) < set(likeliest.ids):
@@ -216,7 +216,8 @@ def _not_named(likeliest: Model, decision: Decision) -> Iterator[str]:
     if likeliest.probability > LIKELY:
         left_V, before_V = (m.fitted.held_out_rms_V() for m in (likeliest, own))
         says = f"{' + '.join(likeliest.ids)} has most of the evidence, but"
-        if (gain := likeliest.log_evidence - own.log_evidence) < ALIKE:
+        among = next(m for m in found if m.ids == own.ids)  # `own` may be of fewer
+        if (gain := likeliest.log_evidence - among.log_evidence) < ALIKE:
             rest = " + ".join(own.ids) or "nothing"
             says += f" is {np.exp(gain):.1f} times as likely as {rest}: strong is {STRONG:.0f}"
         else:
@@ -260,7 +261,7 @@ def _located(data: Data) -> tuple[Span, ...]:
     found = [
         s
         for flight, whiten in whole.values()
-        for s in spans(flight, _residual_V(flight), whiten.noise.white_V)
+        for s in spans(flight, _residual_V(flight), whiten.noise)
     ]
     return shared(found)
 

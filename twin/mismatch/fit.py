@@ -219,15 +219,15 @@ class Fitted:
 
     def starts_std(self) -> dict[str, float]:
         """Recording -> standard deviation of the state of charge at its start."""
-        ahead, own = self.ahead.slopes[:, self._shared :], self.problem.flights
-        after = np.linalg.inv(np.eye(ahead.shape[1]) + ahead.T @ ahead)
-        stds = {
+        _, after, _ = self._pulled(1.0)
+        both = ((self.judge, np.linalg.inv(after)), (self.problem, self.covariance(1.0)))
+        return {
             f.name: f.start_std * float(np.sqrt(variance))
-            for f, variance in zip(self.judge.flights, np.diag(after), strict=True)
+            for problem, covariance in both
+            for f, variance in zip(
+                problem.flights, np.diag(covariance)[self._shared :], strict=True
+            )
         }
-        fitted = np.diag(self.covariance(1.0))[self._shared :]
-        both = zip(own, fitted, strict=True)
-        return stds | {f.name: f.start_std * float(np.sqrt(variance)) for f, variance in both}
 
     @property
     def packs(self) -> tuple[list[Pack], list[Pack]]:

@@ -9,6 +9,7 @@ import numpy.typing as npt
 
 from twin.mismatch.finding import Driver, Span, Term
 from twin.mismatch.flight import Flight
+from twin.mismatch.noise import Noise
 
 FloatArray = npt.NDArray[np.float64]
 
@@ -23,7 +24,7 @@ Judged = tuple[FloatArray, Mapping[str, FloatArray]]
 """Of a recording: residual (n,), NaN where it does not count, and `quantities` (m,), m <= n."""
 
 
-def spans(flight: Flight, residual_V: FloatArray, white_V: float) -> list[Span]:
+def spans(flight: Flight, residual_V: FloatArray, noise: Noise) -> list[Span]:
     """Stretches of one mean residual each that noise does not explain; shares not yet of a whole.
 
     Change points by optimal partition: the sum of squares plus a price for each change is least
@@ -35,7 +36,9 @@ def spans(flight: Flight, residual_V: FloatArray, white_V: float) -> list[Span]:
     blocks = _blocks(flight.time_s[at])
     means = np.array([residual_V[at[a:b]].mean() for a, b in pairwise(blocks)])
     counts = np.diff(blocks)
-    weights = counts / white_V**2
+    period_s = float(np.median(np.diff(flight.time_s[at]))) if at.size > 1 else 1.0
+    lasting_V = noise.lasting_V(period_s)
+    weights = counts / lasting_V**2
     price = 3.0 * float(np.log(max(means.size, 2)))
     while len(borders := change_points(means, weights, price)) > MOST_PIECES + 1:
         price *= 2.0
@@ -43,7 +46,7 @@ def spans(flight: Flight, residual_V: FloatArray, white_V: float) -> list[Span]:
     for a, b in pairwise(borders):
         own = at[blocks[a] : blocks[b]]
         mean_V = float(residual_V[own].mean())
-        if abs(mean_V) < BEYOND * white_V / np.sqrt(own.size):
+        if abs(mean_V) < BEYOND * lasting_V / np.sqrt(own.size):
             continue
         out.append(
             Span(
@@ -52,7 +55,7 @@ def spans(flight: Flight, residual_V: FloatArray, white_V: float) -> list[Span]:
                 stop_s=float(flight.time_s[own[-1]]),
                 motion=_usual(flight.motion[own]),
                 mean_V=mean_V,
-                share=float(np.sum(residual_V[own] ** 2) - own.size * white_V**2),
+                share=float(np.sum(residual_V[own] ** 2) - own.size * noise.by_chance_V**2),
             )
         )
     return out

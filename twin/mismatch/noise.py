@@ -65,6 +65,15 @@ class Noise:
         """Of a sample, by the noise of voltage and current."""
         return hypot(self.white_V, *(w.size_V for w in (self.left, self.smooth) if w))
 
+    def lasting_V(self, period_s: float) -> float:
+        """White noise whose means over many samples, `period_s` apart, vary as those of all do."""
+        lasts = [
+            w.size_V * sqrt(max(1.0, 2.0 * w.forgets_s / period_s))
+            for w in (self.left, self.smooth)
+            if w
+        ]
+        return hypot(self.white_V, *lasts)
+
     def through(self, ohm: float) -> "Noise":
         """Of a twin that answers by so much to the noise of the current."""
         if self.left is None:

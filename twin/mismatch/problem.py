@@ -92,6 +92,11 @@ class Problem:
         return max((w.noise.own_V for w in self._whiteners), default=0.0)
 
     @property
+    def noise_V(self) -> float:
+        """Noise of a sample, by voltage and current, rms over the recordings."""
+        return float(np.sqrt(np.mean([w.noise.by_chance_V**2 for w in self._whiteners])))
+
+    @property
     def bounds(self) -> tuple[FloatArray, FloatArray]:
         """(k,) least and largest coordinates; where numbers depend on each other, no less wide."""
         own = np.diag(self._mixes).tolist()

@@ -232,7 +232,11 @@ def sharpened(data: Data, best: Fitted, *, stated: bool = True) -> Data | None:
     finer = all_of(ALSO_SURE if _noisy(data) else SURE)
     if _noisy(finer) and not _noisy(data):
         finer = all_of(ALSO_SURE)
-    alike = SHARPER < finer.noise_V / data.noise_V < 1.0 / SHARPER
+    known_V, told_V = (
+        np.array([w.noise.by_chance_V for _, w in (*own.fitted, *own.held_out)])
+        for own in (data, finer)
+    )
+    alike = bool(np.all(np.abs(np.log(told_V / known_V)) < -np.log(SHARPER)))
     smooth = any(w.noise.smooth for _, w in (*finer.fitted, *finer.held_out))
     more = _noisy(finer) or smooth or finer.beyond + finer.alone > 0
     return None if alike and not more else finer

@@ -82,7 +82,7 @@ def unseen(
     per_C = np.append(per_C, np.full(n - per_C.size, per_C[-1]))
     paused_V, forgets_s = _after(holes, wide, load, as_is_V, per_C)
     walk_s, paused_s = load.time_s - load.time_s[0], load.time_s / forgets_s
-    walk_s = walk_s + flown * (soc_std * pack.rated_C / off_C) ** 2
+    walk_s = walk_s + flown * (soc_std * pack.window_C / off_C) ** 2
     for hole in holes:
         walk_s[hole.after + 1 :] += hole.variance_C2(load) / off_C**2
         paused_s[hole.after + 1 :] += LONG_AGO
@@ -191,7 +191,7 @@ def _per_coulomb(pack: Pack, load: Load, as_is_V: FloatArray) -> FloatArray:
     step = SOC_STEP if pack.initial_soc < SOC_STEP else -SOC_STEP
     moved_V = simulate(replace(pack, initial_soc=pack.initial_soc + step), load).voltage_V
     n = min(as_is_V.size, moved_V.size)
-    return np.asarray((moved_V[:n] - as_is_V[:n]) / (step * pack.rated_C))
+    return np.asarray((moved_V[:n] - as_is_V[:n]) / (step * pack.window_C))
 
 
 def _with_between(load: Load, drawn_C: FloatArray) -> Load:

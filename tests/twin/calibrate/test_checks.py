@@ -30,9 +30,13 @@ def test_a_prediction_that_is_empty_too_soon_counts_by_where_it_ended() -> None:
     )
 
 
-def test_what_nobody_predicted_counts_by_its_fit_and_alone_is_no_statement() -> None:
-    assert own_error_V([with_prediction(None)]) == pytest.approx(0.003)
-    assert stated_error_V([with_prediction(None)]) is None
-    assert (
-        stated_error_V([with_prediction(np.full(100, np.nan)), with_prediction(MEASURED_V)]) is None
-    )
+def test_what_nobody_predicted_counts_by_its_fit_and_is_no_statement() -> None:
+    """As after an interrupt while tests are predicted: the rest would make the error look small."""
+    alone, far = with_prediction(None), with_prediction(MEASURED_V + 0.03)
+    assert own_error_V([alone]) == pytest.approx(0.003)
+    assert stated_error_V([alone]) is None
+    assert stated_error_V([far, alone, alone, alone]) == pytest.approx(0.03)
+    none, exact = with_prediction(np.full(100, np.nan)), with_prediction(MEASURED_V)
+    assert stated_error_V([none]) is None
+    assert stated_error_V([exact]) is None
+    assert stated_error_V([none, far]) == pytest.approx(0.03)

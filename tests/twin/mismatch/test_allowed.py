@@ -56,8 +56,8 @@ def test_a_cell_that_is_empty_before_is_none_that_flew_this() -> None:
 
 def test_a_cell_that_an_effect_takes_too_much_of_is_left_out() -> None:
     flight = flown(seed=1)
-    less = Other(moved=(("positive.stoichiometry_min", 0.2),))
-    lost = replace(flight.pack, effects=(ActiveMaterialLossPositive(lost=0.2),))
+    less = Other(moved=(("negative.stoichiometry_max", 0.9),))
+    lost = replace(flight.pack, effects=(ActiveMaterialLossPositive(lost=0.5),))
     with pytest.raises(ValueError, match="no cell with"):
         less.instead(lost)
     assert open_V([replace(flight, pack=lost, allowed=(less,))]) == 0.0

@@ -37,9 +37,17 @@ def test_what_wins_in_one_stretch_alone_is_not_sure(b: int) -> None:
     assert probable.sum() == pytest.approx(1.0)
 
 
-def test_recordings_of_one_stretch_change_nothing() -> None:
+def test_a_recording_of_one_stretch_changes_nothing() -> None:
     logs = np.array([-3.0, -1.0])
-    assert np.diff(bagged(logs, [logs[:, None], logs[:, None]])) == pytest.approx(np.diff(logs))
+    assert np.diff(bagged(logs, [logs[:, None]])) == pytest.approx(np.diff(logs))
+
+
+def test_short_flights_are_drawn_anew_as_stretches_of_one_are() -> None:
+    """The first wins one by 100, the second the two others by 45 each."""
+    flights = [np.array([[own], [0.0]]) for own in (100.0, -45.0, -45.0)]
+    apart = bagged(np.array([10.0, 0.0]), flights)
+    assert np.exp(apart[0]) == pytest.approx(1.0 - 8 / 27, abs=SURE)  # of 3 drawn it is none
+    assert apart == pytest.approx(bagged(np.array([10.0, 0.0]), [np.hstack(flights)]))
 
 
 def test_what_no_draw_favours_stays_finite() -> None:

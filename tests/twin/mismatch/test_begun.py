@@ -7,8 +7,12 @@ import pytest
 
 from tests.twin.mismatch.recordings import NOISE_V, flown, pack
 from twin.effects import (
+    ActiveMaterialLossNegative,
     AnyEffect,
+    CurrentGain,
+    CurrentOffset,
     InitialSoc,
+    LithiumInventoryLoss,
     SeriesResistance,
     SolidDiffusionNegative,
     SolidDiffusionPositive,
@@ -39,7 +43,7 @@ def late(truth: tuple[AnyEffect, ...], seed: int, *, flown_s: float = FLOWN_S) -
     drawn_C = float(np.interp(flown_s, whole.time_s, whole.load.drawn_C()))
     return replace(
         whole,
-        pack=replace(whole.pack, initial_soc=1.0 - drawn_C / whole.pack.rated_C),
+        pack=replace(whole.pack, initial_soc=1.0 - drawn_C / whole.pack.window_C),
         load=Load(time_s=whole.time_s[at], current_A=whole.load.current_A[at]),
         voltage_V=whole.voltage_V[at],
         judged=whole.judged[at],
@@ -96,6 +100,27 @@ def test_of_what_flowed_before_less_than_noise_is_left(flown_s: float) -> None:
     assert left @ left + sizes @ sizes < 8.0  # of three starts another way
 
 
+@pytest.mark.parametrize(
+    "effect",
+    [
+        LithiumInventoryLoss(lost=0.15),
+        ActiveMaterialLossNegative(lost=0.2),
+        CurrentGain(gain=1.3),
+        CurrentOffset(offset_A=-2.0),
+    ],
+    ids=lambda effect: effect.id,
+)
+def test_what_flowed_before_is_forgotten_by_a_twin_with_less_charge_or_another_current(
+    effect: AnyEffect,
+) -> None:
+    ours = late((), 1)
+    own = replace(ours.pack, initial_soc=0.6, effects=(effect,))
+    between = unseen(own, ours.load, flown=True)
+    assert between is not None
+    sizes_V = np.linalg.norm(between.begun_V, axis=1)
+    assert sizes_V[-1] < 0.2 * sizes_V[0]
+
+
 def test_it_is_so_in_the_short_form_of_a_report() -> None:
     found = explain([late((), 1)], hypotheses=OURS, short=True)
     assert found.verdict is Verdict.NONE
@@ -137,7 +162,7 @@ def test_what_may_have_flown_before_leaves_the_pack_as_full_as_it_is_told_to_be(
     longest_s = 0.0
     for _ in range(50):
         started, whole, more = preceded(flight.pack, flight.load, random)
-        drawn = float(whole.drawn_C()[more]) / flight.pack.rated_C
+        drawn = float(whole.drawn_C()[more]) / flight.pack.window_C
         assert started.initial_soc <= 1.0
         assert started.initial_soc - drawn == pytest.approx(flight.pack.initial_soc, abs=1e-3)
         assert np.array_equal(whole.time_s[more:], flight.time_s)
@@ -156,7 +181,7 @@ def test_no_cell_was_more_than_full_before(effect: AnyEffect) -> None:
     pack = replace(flight.pack, effects=(effect,))
     for _ in range(20):
         started, whole, more = preceded(pack, flight.load, random)
-        drawn = float(whole.drawn_C()[more]) / pack.rated_C
+        drawn = float(whole.drawn_C()[more]) / pack.window_C
         assert started.initial_soc - drawn == pytest.approx(pack.initial_soc, abs=1e-3)
         fullest = max(kind.initial_soc for kind in started.cells())
         assert fullest < max(1.0, pack.initial_soc + 0.1) + 1e-9

@@ -14,8 +14,10 @@ from twin.mismatch.finding import Verdict
 from twin.mismatch.fit import excess_of
 from twin.mismatch.hypothesis import PRIOR
 
+NOISE_V = 0.0004
 
-def problem(*names: str, numbers: int = 0, stated: Any = None) -> Any:
+
+def problem(*names: str, numbers: int = 0, stated: Any = None, noise_V: float = NOISE_V) -> Any:
     """Of these effects, with so many numbers each, of which none is told."""
     none: dict[str, Any] = {name: {} for name in names}
     fitted = tuple(f"x{k}" for k in range(numbers))
@@ -29,6 +31,7 @@ def problem(*names: str, numbers: int = 0, stated: Any = None) -> Any:
         values=lambda *_: none,
         stds=lambda *_: none,
         size=1,
+        noise_V=noise_V,
         rms_V=lambda _: np.inf,
     )
 
@@ -48,7 +51,9 @@ class Fit:
     ahead: Any = field(default_factory=lambda: SimpleNamespace(residuals=np.zeros(1000)))
     judge: Any = field(
         default_factory=lambda: SimpleNamespace(
-            flights=[SimpleNamespace(pack=SimpleNamespace(series=1))], own_V=0.018
+            flights=[SimpleNamespace(pack=SimpleNamespace(series=1))],
+            own_V=0.018,
+            noise_V=NOISE_V,
         )
     )
 
@@ -76,11 +81,18 @@ def model(fit: Fit, log_evidence: float, probability: float) -> Model:
     return Model(fitted=cast(Any, fit), log_evidence=log_evidence, probability=probability)
 
 
+def with_noise(noise_V: float, models: list[Model]) -> list[Model]:
+    for own in models:
+        for of in (own.fitted.problem, own.fitted.judge):
+            cast(Any, of).noise_V = noise_V
+    return models
+
+
 @pytest.mark.parametrize(("excess", "verdict"), [(1.0, Verdict.NONE), (50.0, Verdict.UNKNOWN)])
 def test_what_predicts_worse_than_nothing_is_not_named(excess: float, verdict: Verdict) -> None:
     null = model(Fit((), 0.0243, 0.0187, excess=excess), 0.0, 1e-9)
     misled = model(Fit(("ocv_hysteresis",), 0.0104, 0.0230), 20.0, 1.0)
-    found = decide([misled, null], 1.0, 0.0004)
+    found = decide([misled, null], 1.0)
     assert found.verdict is verdict
     assert found.effects == ()
 
@@ -102,7 +114,7 @@ def test_what_the_twin_is_stated_to_err_by_has_no_name(
 ) -> None:
     null = model(Fit((), fitted_V, ahead_V, excess=50.0), 0.0, 1e-9)
     better = model(Fit(("self_heating",), 0.006, 0.010), 20.0, 1.0)
-    found = decide([better, null], 1.0, 0.0004, stated_V=stated_V)
+    found = decide([better, null], 1.0, stated_V=stated_V)
     assert found.verdict is verdict
 
 
@@ -114,7 +126,7 @@ def test_a_start_that_is_fitted_takes_no_twin_beyond_its_stated_error(
     null = Fit((), 0.030, 0.019, excess=50.0)
     null.problem.rms_V = lambda _: as_configured_V
     better = model(Fit(("self_heating",), 0.006, 0.010), 20.0, 1.0)
-    found = decide([better, model(null, 0.0, 1e-9)], 1.0, 0.0004, stated_V=0.025)
+    found = decide([better, model(null, 0.0, 1e-9)], 1.0, stated_V=0.025)
     assert (found.verdict is Verdict.NONE) == (verdict is Verdict.NONE)
 
 
@@ -135,8 +147,31 @@ def test_beside_an_effect_that_leaves_what_the_twin_may_err_by_no_other_is_named
         Fit(("film_resistance",), 0.03, alone_V, excess=20.0, evidence=-200.0), -200.0, 0.0
     )
     pair = model(Fit(("ocv_hysteresis", "self_heating"), 0.003, 0.003), 0.0, 1.0)
-    found = decide([pair, alone, worse, null], 1.0, 0.0004, stated_V=stated_V)
+    found = decide([pair, alone, worse, null], 1.0, stated_V=stated_V)
     assert found.model.ids == ids
+
+
+@pytest.mark.parametrize(("noise_V", "ids"), [(0.025, ("heat",)), (0.003, ("clock", "heat"))])
+def test_a_recording_is_judged_by_its_own_noise(noise_V: float, ids: tuple[str, ...]) -> None:
+    """What is fitted has more noise than what is held out, which is no want of an effect."""
+    null = model(Fit((), 0.07, 0.06, excess=500.0), -900.0, 0.0)
+    alone, pair = (_with_effect(name, 0.009) for name in ("heat", "clock"))
+    alone.fitted_V, pair.fitted_V = 0.030, 0.015
+    pair.ids, pair.problem = ("clock", "heat"), problem("clock", "heat")
+    for own in (alone, pair):
+        own.problem.noise_V = noise_V
+    models = [model(pair, 0.0, 1.0), model(alone, -20.0, 1e-9), null]
+    assert decide(models, 1.0, stated_V=0.010).model.ids == ids
+
+
+@pytest.mark.parametrize(("noise_V", "verdict"), [(0.040, Verdict.NONE), (0.005, None)])
+def test_a_twin_that_errs_as_stated_does_so_beside_the_noise_of_each_recording(
+    noise_V: float, verdict: Verdict | None
+) -> None:
+    null = Fit((), 0.0405, 0.008, excess=50.0)
+    null.problem.noise_V = noise_V
+    found = decide([model(null, 0.0, 1.0)], 1.0, stated_V=0.008)
+    assert (found.verdict is Verdict.NONE) == (verdict is Verdict.NONE)
 
 
 @pytest.mark.parametrize(
@@ -155,7 +190,7 @@ def test_what_a_pack_states_within_errors_is_not_left_out(
     cold = model(_with_numbers({"cold": -2.0}, 0.030), -70.0, 0.0)
     shifted = model(_with_numbers({"clock": shift, "cold": -2.0}, 0.020), 0.0, 1.0)
     resists = model(_with_numbers({"cold": -2.0, "resistance": 0.5}, other_V), -20.0, 0.0)
-    found = decide([shifted, resists, cold, null], 1.0, 0.001, stated_V=0.012)
+    found = decide([shifted, resists, cold, null], 1.0, stated_V=0.012)
     assert found.model.ids == ids
     assert [e.id for e in found.effects] == list(ids)
 
@@ -170,7 +205,7 @@ def test_few_effects_are_not_enough_where_the_pack_states_that_one_is_not_so(
     null = model(Fit((), 0.12, 0.12, excess=500.0), -900.0, 0.0)
     clock = model(_with_numbers({"clock": shift}, 0.05), -40.0, 1e-9)
     pair = model(_with_numbers({"cold": -5.0, "weak": -5.0}, 0.013), 0.0, 1.0)
-    found = decide([pair, clock, null], 1.0, 0.001, stated_V=0.035)
+    found = decide([pair, clock, null], 1.0, stated_V=0.035)
     assert found.model.ids == ids
 
 
@@ -183,7 +218,7 @@ def test_what_leaves_more_than_little_does_not_look_like_what_is_named_for_leavi
             (("gain", 0.048, 0.6), ("diffusion", 0.145, 0.2), ("heat", 0.042, 0.2))
         )
     )
-    found = decide([first, far, near, null], 1.0, 0.001, stated_V=0.018)
+    found = decide([first, far, near, null], 1.0, stated_V=0.018)
     (effect,) = found.effects
     assert (effect.id, effect.equivalent) == ("gain", ("heat",))
     assert effect.probability == pytest.approx(0.8)
@@ -195,7 +230,7 @@ def test_what_is_left_near_the_noise_is_no_other_cell(best_V: float, verdict: st
     null = model(Fit((), 0.158, 0.388, excess=500.0), -90.0, 0.0)
     pair = model(Fit(("diffusion", "gain"), 0.03, best_V, excess=180.0), 0.0, 0.9)
     gain = model(_with_effect("gain", 0.040), -4.0, 0.1)
-    found = decide([pair, gain, null], 1.0, 0.0087, stated_V=0.0)
+    found = decide(with_noise(0.0087, [pair, gain, null]), 1.0, stated_V=0.0)
     assert found.verdict.value == verdict
 
 
@@ -215,7 +250,7 @@ def test_an_effect_that_makes_what_is_held_out_worse_is_no_error_of_the_twin(
     null = model(Fit((), 0.027, 0.030, excess=500.0), -900.0, 0.0)
     alone = model(_with_effect("hysteresis", 0.006, excess=excess), -80.0, 0.0)
     more = Fit(("hysteresis", "salt"), alone.fitted.rms_V() - 1e-6, ahead_V, excess=excess)
-    found = decide([model(more, 0.0, 1.0), alone, null], 1.0, 0.005)
+    found = decide(with_noise(0.005, [model(more, 0.0, 1.0), alone, null]), 1.0)
     assert found.verdict is verdict
     assert [e.id for e in found.effects] == ["hysteresis"] * (verdict is Verdict.NAMED)
 
@@ -231,7 +266,7 @@ def test_beside_others_an_effect_changes_more_than_two_simulators_differ_by(
     alone = model(_with_effect("hysteresis", 4e-3, excess=1.0), -34.0, 1e-15)
     both = _with_effect("hysteresis", float(np.sqrt(4e-3**2 - more_V**2)), excess=1.0)
     both.ids, both.problem = ("hysteresis", "salt"), problem("hysteresis", "salt")
-    found = decide([model(both, 0.0, 1.0), alone, null], 1.0, 4e-3)
+    found = decide(with_noise(4e-3, [model(both, 0.0, 1.0), alone, null]), 1.0)
     assert [e.id for e in found.effects] == names
 
 
@@ -249,7 +284,7 @@ def test_of_many_samples_little_is_more_than_noise(samples: int, verdict: Verdic
     null = model(Fit((), 0.4, 0.4, excess=500.0), -90.0, 0.0)
     fit = _with_effect("heat", 0.002, excess=1.5)
     fit.there = fit.ahead = SimpleNamespace(residuals=np.zeros(samples))
-    assert decide([model(fit, 0.0, 1.0), null], 1.0, 0.002).verdict is verdict
+    assert decide(with_noise(0.002, [model(fit, 0.0, 1.0), null]), 1.0).verdict is verdict
 
 
 @pytest.mark.parametrize(
@@ -262,7 +297,7 @@ def test_a_name_has_few_that_look_like_it_or_is_likely_alone(
     null = model(Fit((), 0.4, 0.4, excess=500.0), -90.0, 0.0)
     first = model(_with_effect("heat", 0.002, excess=1.0), 0.0, 1.0 - others * share)
     rest = [model(_with_effect(f"e{k}", 0.002, 1.0), -2.0, share) for k in range(others)]
-    found = decide([first, *rest, null], 1.0, 0.002)
+    found = decide(with_noise(0.002, [first, *rest, null]), 1.0)
     assert found.verdict is verdict
     assert len(found.effects[0].equivalent) == others
 
@@ -275,7 +310,7 @@ def test_a_probability_is_at_most_one() -> None:
         model(_with_effect(name, 0.002, excess=1.0), -2.0 * k, share)
         for k, (name, share) in enumerate(zip(("heat", "cold", "salt"), shares, strict=True))
     ]
-    (effect,) = decide([*alike, null], 1.0, 0.002).effects
+    (effect,) = decide(with_noise(0.002, [*alike, null]), 1.0).effects
     assert effect.equivalent == ("cold", "salt")
     assert effect.probability == 1.0
 

@@ -11,6 +11,7 @@ from twin.at_rest import open_circuit_V
 from twin.effects import (
     ActivationEnergies,
     ActiveMaterialLossNegative,
+    ActiveMaterialLossPositive,
     AnyEffect,
     ClockShift,
     ColdPack,
@@ -174,6 +175,15 @@ def test_a_cell_that_lost_material_is_full_as_before_and_empty_at_the_same_volta
     assert after.holds[0] == pytest.approx(0.9 * before.holds[0])
 
 
+def test_a_cell_that_lost_much_positive_material_is_empty_where_that_is_full() -> None:
+    configured = pack()
+    numbers = replace(configured, effects=(ActiveMaterialLossPositive(lost=0.5),)).numbers()
+    before, after = (Windows.of(n, configured.cell) for n in (configured.numbers(), numbers))
+    assert after.full == pytest.approx(before.full)
+    assert after.empty[1] == pytest.approx(1.0, abs=1e-6)
+    assert after.ends_V[1] > before.ends_V[1] + 0.1
+
+
 def test_no_cell_has_more_lithium_than_it_can_hold() -> None:
     with pytest.raises(ValueError, match="of its lithium rests at"):
         Windows.of(pack().numbers(), pack().cell).with_lithium(3.0)
@@ -273,6 +283,14 @@ def test_slope_is_exact_for_a_parabola_at_uneven_times() -> None:
     t = np.cumsum(np.random.default_rng(0).uniform(0.05, 0.2, 50))
     for degree in (2, 4):
         assert slope_matrix(t, degree) @ (1 + 2 * t - 3 * t**2) == pytest.approx(2 - 6 * t)
+
+
+@pytest.mark.parametrize("pause_s", [10.0, 61.0, 600.0])
+def test_a_slope_across_a_pause(pause_s: float) -> None:
+    t = 0.02 * np.arange(200) + np.where(np.arange(200) < 100, 0.0, pause_s)
+    slope = slope_matrix(t, 4)
+    assert slope @ t == pytest.approx(np.ones(200), abs=1e-6)
+    assert slope @ (t - t[100]) ** 2 == pytest.approx(2 * (t - t[100]), rel=1e-5, abs=1e-4)
 
 
 def test_a_lagging_sensor_is_undone_without_a_shift_of_time() -> None:

@@ -1,15 +1,28 @@
 """Points at which a twin is compared: several at once, possible or not."""
 
 import numpy as np
+import pytest
 
 from tests.twin.mismatch.recordings import flown
+from twin.cell import Cell
+from twin.effects import ActiveMaterialLossPositive
+from twin.effects.effect import Numbers
 from twin.mismatch import HYPOTHESES
 from twin.mismatch.problem import Problem
 from twin.mismatch.split import split
 
 
-def test_a_point_that_no_cell_has_costs_much_and_leaves_the_others_alone() -> None:
-    """So much material lost that the cell is never empty: known only when it is simulated."""
+def test_a_point_that_no_cell_has_costs_much_and_leaves_the_others_alone(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """Which is known only when it is simulated."""
+
+    def changed(self: ActiveMaterialLossPositive, numbers: Numbers, _: Cell) -> Numbers:
+        if self.lost > 0.3:
+            raise ValueError
+        return dict(numbers)
+
+    monkeypatch.setattr(ActiveMaterialLossPositive, "changed", changed)
     flight = flown(seconds=20.0)
     lost = [h for h in HYPOTHESES if h.id == "active_material_loss_positive"]
     problem = Problem(split([flight], [flight]).fitted, lost)

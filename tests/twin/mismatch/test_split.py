@@ -6,10 +6,11 @@ import numpy as np
 import pytest
 
 from tests.twin.mismatch.recordings import NOISE_V, flown, pack
-from twin.effects import SeriesResistance
+from twin.effects import SensorLag, SeriesResistance
 from twin.load import Load
 from twin.mismatch import Flight, MismatchError
 from twin.mismatch.fit import fit
+from twin.mismatch.hypothesis import HYPOTHESES
 from twin.mismatch.left import beyond_cut_offs, left_V
 from twin.mismatch.split import ALONG_V, as_seen, counted, sharpened, split
 from twin.simulate import simulate
@@ -132,6 +133,22 @@ def test_samples_beyond_a_cut_off_do_not_count_where_they_are_few() -> None:
     assert np.array_equal(finer.fitted[0][0].judged, ~beyond)
     assert counted(finer) < counted(data)
     assert sharpened(data, best, stated=True) is None
+
+
+def test_noise_is_sharpened_of_each_recording_however_calm_the_one_that_is_held_out() -> None:
+    """Of gusts a late sensor makes what looks like noise, until it is found to be late."""
+    truth = [SensorLag(lag_s=0.1)]
+    gusty, other = (flown(truth, seed=seed, noise_V=3e-3) for seed in (1, 2))
+    steady_A = np.full_like(other.load.current_A, 8.0)
+    calm_V = simulate(pack(), replace(other.load, current_A=steady_A)).require().voltage_V
+    calm_V = calm_V + np.random.default_rng(3).normal(0.0, 3e-3, calm_V.size)
+    calm = replace(other, load=replace(other.load, current_A=steady_A), voltage_V=calm_V)
+    data = split([gusty], [calm])
+    best = fit(data, [h for h in HYPOTHESES if h.id == "sensor_lag"])
+    finer = sharpened(data, best, stated=False)
+    assert finer is not None
+    (was,), (told,) = ([w.noise.by_chance_V for _, w in own.fitted] for own in (data, finer))
+    assert told < 0.5 * was
 
 
 def test_samples_that_stand_alone_do_not_count_and_a_stretch_that_is_off_does() -> None:

@@ -11,6 +11,7 @@ from twin.at_rest import OVERFULL
 from twin.effects import AnyEffect, InitialSoc, SeriesResistance, WeakCell
 from twin.mismatch import UNTOLD, Flight, Verdict, explain
 from twin.mismatch.fit import fit
+from twin.mismatch.hypothesis import HYPOTHESES
 from twin.mismatch.split import split
 from twin.mismatch.started import started, starts_of
 
@@ -56,6 +57,14 @@ def test_a_start_that_is_told_stays_as_it_is() -> None:
     assert started(told) is told
     found = explain([told], [late((), 2)], hypotheses=OURS)
     assert found.starts == {}
+
+
+def test_of_like_recordings_starts_are_told_alike_fitted_or_held_out() -> None:
+    """The numbers are told by the fitted one: held out, their errors are in the start's as well."""
+    gains = [h for h in HYPOTHESES if h.id in {"current_gain", "voltage_gain"}]
+    flights = [replace(flown(seed=seed), start_std=0.05) for seed in (1, 2)]
+    stds = fit(split(flights[:1], flights[1:]), gains).starts_std()
+    assert 0.5 < stds["flight 2"] / stds["flight 1"] < 1.0
 
 
 def test_evidence_of_what_is_held_out_does_not_depend_on_where_its_start_is_linearised() -> None:
