@@ -15,7 +15,8 @@ from twin.calibrate.cell_map import Infeasible
 from twin.calibrate.objective import Problem
 from twin.calibrate.parameters import of_tests
 from twin.calibrate.reference import ReferenceTest
-from twin.calibrate.resample import FLOOR_V, sampled
+from twin.calibrate.resample import sampled
+from twin.calibrate.settle import STRETCHES, taken_V
 
 FloatArray = npt.NDArray[np.float64]
 
@@ -89,11 +90,12 @@ def advise(
 ) -> tuple[Advice, ...]:
     """The candidates that this cell completes, the most informative first."""
     noise_V = float(np.median([t.noise_V for t in problem.tests]))
+    missed_V = float(np.median(taken_V(problem)))
     cell = [k for k, name in enumerate(found.names) if not of_tests(name)]
     before = found.covariance[np.ix_(cell, cell)]
     out = []
     for candidate in candidates:
-        information = _information(problem, q[cell], candidate, noise_V)
+        information = _information(problem, q[cell], candidate, noise_V, missed_V)
         if information is None:
             continue
         after = np.linalg.inv(np.linalg.inv(before) + information)
@@ -106,9 +108,12 @@ def advise(
 
 
 def _information(
-    problem: Problem, q: FloatArray, candidate: Candidate, noise_V: float
+    problem: Problem, q: FloatArray, candidate: Candidate, noise_V: float, missed_V: float
 ) -> FloatArray | None:
-    """(k, k) about the cell's parameters; None where the cell does not complete the test."""
+    """(k, k) about the cell's parameters; None where the cell does not complete the test.
+
+    By noise and by what the twin misses of the tests there are: so it will of this one.
+    """
     test = _reference(problem, candidate)
     try:
         start_V = problem.rest_V(q, candidate.soc)
@@ -116,7 +121,7 @@ def _information(
         if not np.isfinite(voltage_V).all() or not _within(problem, voltage_V):
             return None
         few = sampled(replace(test, voltage_V=voltage_V), problem.nominal_C)
-        few = replace(few, sigma_V=np.hypot(noise_V / np.sqrt(few.count), FLOOR_V))
+        few = replace(few, noise_V=noise_V).of_a_model(missed_V, STRETCHES)
         whole = problem.of_other_tests((few,))
         _, slopes = whole.linearised(np.append(q, 0.0))
     except Infeasible:

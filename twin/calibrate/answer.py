@@ -144,7 +144,11 @@ def answer(problem: Problem, q: FloatArray) -> Answer:
     stiff, sloppy = combinations(told.data, names)
     return Answer(
         estimates=estimated(
-            problem.parameters, q, np.sqrt(np.diag(covariance)), np.sqrt(np.diag(prior))
+            problem.parameters,
+            q,
+            np.sqrt(np.diag(covariance)),
+            np.sqrt(np.diag(prior)),
+            problem.held,
         ),
         derived=_derived(problem, q, covariance, prior),
         names=names,
@@ -228,14 +232,21 @@ def _parts(sizes: Sequence[int]) -> list[slice]:
 
 
 def estimated(
-    parameters: Sequence[Parameter], q: FloatArray, std: FloatArray, prior_std: FloatArray
+    parameters: Sequence[Parameter],
+    q: FloatArray,
+    std: FloatArray,
+    prior_std: FloatArray,
+    held: npt.NDArray[np.bool_],
 ) -> tuple[Estimate, ...]:
-    """Of (k,) coordinates with their standard errors, and those of the prior."""
+    """Of (k,) coordinates with their standard errors, and those of the prior.
+
+    What is `held` (k,) is its prior; what was fitted is not, however little is told of it.
+    """
     out = []
     for k, p in enumerate(parameters):
         value, error = p.value(float(q[k])), float(std[k])
         (low, high), left = p.bounds, error / float(prior_std[k])
-        near = min(q[k] - low, high - q[k]) < AT_BOUND * error
+        near = bool(min(q[k] - low, high - q[k]) < AT_BOUND * error)
         ends = (max(q[k] - NINETY * error, low), min(q[k] + NINETY * error, high))
         estimate = Estimate(
             name=p.name,
@@ -246,7 +257,7 @@ def estimated(
             upper=p.value(float(ends[1])),
             prior=p.mean,
             left_of_prior=left,
-            verdict=_verdict(left, near=bool(near)),
+            verdict=Verdict.PRIOR if held[k] else _verdict(min(left, SOME_OF_PRIOR), near=near),
         )
         out.append(estimate)
     return tuple(out)

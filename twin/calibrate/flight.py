@@ -11,7 +11,7 @@ by whatever number looks most like them.
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import product
 
 import numpy as np
@@ -141,7 +141,7 @@ def fit_flight(pack: Pack, flown: Flown, known: Known) -> FlightFit | NotFitted:
     return FlightFit(
         pack=fitted,
         ambient_K=problem.ambient_K(fitted),
-        estimates=_estimates(problem, q, knowledge.std),
+        estimates=_estimates(problem, q, knowledge.std, told),
         pulse=_pulse(problem, q, knowledge.covariance),
         held_out_before_V=before_V,
         held_out_after_V=after_V,
@@ -237,11 +237,17 @@ def _rms(error: FloatArray) -> float:
     return float(np.sqrt(np.mean(error**2)))
 
 
-def _estimates(problem: FlightProblem, q: FloatArray, std: FloatArray) -> tuple[Estimate, ...]:
-    """Of all that is free; what is not told widens what hangs together with it."""
+def _estimates(
+    problem: FlightProblem, q: FloatArray, std: FloatArray, told: npt.NDArray[np.bool_]
+) -> tuple[Estimate, ...]:
+    """Of all that is free, `told` (k,) or not; the latter widens what hangs together with it."""
     low, high = problem.bounds
     each = zip(problem.quantities, q, std, low, high, strict=True)
-    return tuple(_estimate(quantity, c, error, (a, b)) for quantity, c, error, a, b in each)
+    found = (_estimate(quantity, c, error, (a, b)) for quantity, c, error, a, b in each)
+    return tuple(
+        e if is_told else replace(e, verdict=Verdict.PRIOR)
+        for e, is_told in zip(found, told.tolist(), strict=True)
+    )
 
 
 def _pulse(problem: FlightProblem, q: FloatArray, covariance: FloatArray) -> Estimate:
@@ -262,8 +268,8 @@ def _pulse(problem: FlightProblem, q: FloatArray, covariance: FloatArray) -> Est
 def _estimate(quantity: Quantity, q: float, error: float, bounds: tuple[float, float]) -> Estimate:
     p = quantity.parameter
     value = p.value(q)
-    verdict = _verdict(error)
-    if verdict is not Verdict.PRIOR and min(q - bounds[0], bounds[1] - q) < AT_BOUND * error:
+    verdict = _verdict(min(error, TOLD))  # it was fitted
+    if min(q - bounds[0], bounds[1] - q) < AT_BOUND * error:
         verdict = Verdict.AT_BOUND
     return Estimate(
         name=p.name,

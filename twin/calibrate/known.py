@@ -9,7 +9,7 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 import numpy.typing as npt
 
-from twin.calibrate.answer import Answer, combinations, estimated
+from twin.calibrate.answer import SOME_OF_PRIOR, Answer, combinations, estimated
 from twin.calibrate.parameters import Parameter
 from twin.calibrate.polish import LeastSquares
 from twin.correlation import correlation_time
@@ -41,10 +41,10 @@ def known(
         information += own / inflated
     bread = np.linalg.inv(slopes.T @ slopes)
     covariance = bread @ meat @ bread
-    names = tuple(p.name for p in parameters)
+    names, std = tuple(p.name for p in parameters), np.sqrt(np.diag(covariance))
     stiff, sloppy = combinations(information, names)
     return Answer(
-        estimates=estimated(parameters, q, np.sqrt(np.diag(covariance)), np.ones(q.size)),
+        estimates=estimated(parameters, q, std, np.ones(q.size), std > SOME_OF_PRIOR),
         derived=(),
         names=names,
         covariance=covariance,

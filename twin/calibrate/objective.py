@@ -188,7 +188,8 @@ class Problem:
     def _missed_K(self, answer: Simulated, test: int) -> FloatArray:
         measured_K = self.tests[test].temperature_K
         assert measured_K is not None
-        return np.asarray((measured_K - answer.temperature_K) / self.tests[test].sigma_K)
+        missed_K = np.where(np.isnan(measured_K), 0.0, measured_K - answer.temperature_K)
+        return np.asarray(missed_K / self.tests[test].sigma_K)
 
     def linearised(self, q: FloatArray) -> tuple[FloatArray, FloatArray]:
         """`residuals` and their derivative by q; Infeasible if no cell has these values."""
@@ -204,8 +205,10 @@ class Problem:
             slopes.append(-simulated.by_q / test.sigma_V[:, None])
             if self.warming(k):
                 assert simulated.warming_by_q is not None
+                assert test.temperature_K is not None
                 warm.append(self._missed_K(simulated, k))
-                warming.append(-simulated.warming_by_q / test.sigma_K)
+                told = ~np.isnan(test.temperature_K)
+                warming.append(-simulated.warming_by_q * told[:, None] / test.sigma_K)
         mapped = self.mapped(q, 0)
         fillers, by_filler = self.missed_fillers(mapped.derived)
         by_q = by_filler[:, None] * self.chain(q, mapped.derived_by_values[FILLERS], 0)

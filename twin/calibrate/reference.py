@@ -36,7 +36,7 @@ class ReferenceTest:
         voltage_V: (n,) of one cell, at the same times as the current.
         between: how the current runs between the samples.
         ambient_K: temperature of the surroundings; the cell has it at the start.
-        temperature_K: (n,) measured on the cell; None if it was not.
+        temperature_K: (n,) measured on the cell, NaN where it was not; None if nowhere.
         mount: what held the cell: it cools alike in all tests with this name; empty if the test
             had one of its own.
         remarks: what was detected, and what this test leaves unknown.
@@ -94,7 +94,10 @@ def reference_test(
     sign, said = discharge_sign(table.current_A, table.voltage_V, name=table.name)
     for told_K in (table.ambient_K, table.temperature_K):
         if told_K is not None:
-            ambient_K = float(told_K[0])
+            ambient_K = float(told_K[np.isfinite(told_K)][0])
+    warm_K = table.temperature_K
+    if warm_K is not None and np.isfinite(warm_K).sum() < 2:
+        warm_K = None  # tells where it starts and nothing more
     test = ReferenceTest(
         name=table.name,
         time_s=table.time_s,
@@ -102,7 +105,7 @@ def reference_test(
         voltage_V=voltage_V,
         between=between,
         ambient_K=ambient_K,
-        temperature_K=table.temperature_K,
+        temperature_K=warm_K,
         remarks=(*table.remarks, said),
         cells_V=table.cells_V,
     )

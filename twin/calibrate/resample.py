@@ -58,7 +58,7 @@ class Sampled:
         noise_V: of one sample of the test.
         start_V: about the open-circuit voltage at the start,
         start_sigma_V: and how well that is known.
-        temperature_K: (m,) measured on the cell there; None if it was not.
+        temperature_K: (m,) measured on the cell there, NaN where it was not; None if nowhere.
         sigma_K: standard deviation of that minus simulated, as expected.
         mount: of the test.
         missed_V: (m,) what coarse steps and mesh miss there, added to what is simulated.

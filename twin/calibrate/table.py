@@ -11,6 +11,7 @@ import numpy.typing as npt
 
 FloatArray = npt.NDArray[np.float64]
 
+TEMPERATURE = r"(?<!at)temp|^t$|^t[ _]?(?:cell|surf|can|case|skin|amb|air|chamber|oven)"
 # quantity -> words of a header that mean it, and unit -> (factor, offset) to SI
 QUANTITIES: Mapping[str, tuple[str, Mapping[str, tuple[float, float]]]] = {
     "time_s": (
@@ -20,8 +21,8 @@ QUANTITIES: Mapping[str, tuple[str, Mapping[str, tuple[float, float]]]] = {
     ),
     "current_A": (r"current|^i$", {"a": (1.0, 0.0), "ma": (1e-3, 0.0)}),
     "voltage_V": (r"voltage|recorded|^[uv]$", {"v": (1.0, 0.0), "mv": (1e-3, 0.0)}),
-    "temperature_K": (r"temp", {"k": (1.0, 0.0), "c": (1.0, 273.15)}),
-    "ambient_K": (r"temp", {"k": (1.0, 0.0), "c": (1.0, 273.15)}),
+    "temperature_K": (TEMPERATURE, {"k": (1.0, 0.0), "c": (1.0, 273.15)}),
+    "ambient_K": (TEMPERATURE, {"k": (1.0, 0.0), "c": (1.0, 273.15)}),
 }  # fmt: skip
 EXAMPLES = {"time_s": "Time / s", "current_A": "Current / A", "voltage_V": "Voltage / V"}
 LONG_UNITS = {
@@ -31,7 +32,8 @@ LONG_UNITS = {
 }  # fmt: skip
 OPTIONAL = ("temperature_K", "ambient_K")
 KELVIN = 200.0, 400.0  # what a pack may have
-NOT_OF_THE_PACK = re.compile(r"ambient|air|chamber|oven")
+NOT_OF_THE_PACK = re.compile(r"amb|air|chamber|oven")
+BEGINS_ANEW = re.compile(r"(?:step|cycle).*time", re.IGNORECASE)
 Place = tuple[int, float, float]
 """Of a column: where it stands, and factor and offset to SI."""
 CELL = re.compile(r"cell\D*(?P<number>\d{1,3})(?!\d)")
@@ -52,7 +54,8 @@ class MeasuredTable:
         time_s: from the first sample.
         current_A: of whatever was measured, cell or pack.
         voltage_V: likewise.
-        temperature_K: of the battery, if there is such a column.
+        temperature_K: of the battery, if there is such a column; NaN before its first entry and
+            after its last.
         ambient_K: of what surrounds it, likewise.
         cells_V: (cells, n) of each cell in the order of their numbers, if there are such columns.
         remarks: what was left out or put in, counted.
@@ -75,12 +78,13 @@ def read_test(stream: TextIO, *, name: str) -> MeasuredTable:
     fit, the first is taken. Two columns or more such as "Cell 1 / V", "cell2_mV" are the voltages
     of the cells, whose sum is that of the pack where no other column has it. Lines without time,
     current or a voltage are left out, and those with a voltage of exactly 0, which is none; a
-    temperature that is not in every line runs straight from one to the next. `remarks` count them.
+    temperature that is not in every line runs straight from one to the next, and is unknown before
+    the first and after the last. `remarks` count them.
 
     Raises:
         CalibrationError: it is no CSV, a column is missing or there twice, there are fewer than two
-            samples, a cell is no number, time does not increase, or a temperature is one that no
-            pack has.
+            samples, a cell is no number, time does not increase, or a temperature is in no unit
+            that is known, or one that no pack has.
     """
     rows = csv_lines(stream, name=name)
     _, header = next(rows, (0, []))
@@ -91,6 +95,7 @@ def read_test(stream: TextIO, *, name: str) -> MeasuredTable:
         places["voltage_V"] = of_cells[0]  # until the sum is known
     if lacking := [q for q, place in places.items() if place is None and q not in OPTIONAL]:
         raise CalibrationError(f"{name}: {not_there(lacking, header)}")
+    _check_titles(header, places, name)
     summed = bool(of_cells) and places["voltage_V"] == of_cells[0]
     taken = {q: place for q, place in places.items() if place is not None}
     taken |= {f"voltage of cell {k}": place for k, place in enumerate(of_cells, start=1)}
@@ -111,10 +116,12 @@ def read_test(stream: TextIO, *, name: str) -> MeasuredTable:
     if time_s.size < 2:
         raise CalibrationError(f"{name}: {time_s.size} samples: no test")
     if (stuck := np.flatnonzero(np.diff(time_s) <= 0)).size:
-        line = lines[stuck[0] + 1][0]
+        line, title = lines[stuck[0] + 1][0], header[taken["time_s"][0]].strip()
+        back = int((np.diff(time_s) < 0).sum())
         raise CalibrationError(
-            f"{name}, line {line}: time does not exceed that of the line before "
-            f"({stuck.size} such lines): leave one of each pair out"
+            f"{name}, line {line}: {title!r} does not exceed that of the line before "
+            f"({stuck.size} such lines, in {back} it goes back): "
+            + ("give one test, its time running on" if back else "leave one of each pair out")
         )
     cells_V = np.array([v for q, v in columns.items() if q not in QUANTITIES])
     warm = {q: v for q, v in columns.items() if q in OPTIONAL and v.size}
@@ -157,14 +164,18 @@ def not_there(quantities: Sequence[str], header: Sequence[str]) -> str:
 
 
 def column_of(header: Sequence[str], quantity: str) -> Place | None:
-    """Place, factor and offset of the first column whose header names `quantity` with a unit."""
+    """Place, factor and offset of the first column whose header names `quantity` with a unit.
+
+    A time that begins anew with each step or cycle comes after all others.
+    """
     words, units = QUANTITIES[quantity]
+    found: list[Place] = []
     for place, title in enumerate(header):
         what, unit = named(title)
         around = NOT_OF_THE_PACK.search(what) is not None
         if unit in units and re.search(words, what) and around == (quantity == "ambient_K"):
-            return (place, *units[unit])
-    return None
+            found.append((place, *units[unit]))
+    return min(found, key=lambda p: bool(BEGINS_ANEW.search(header[p[0]])), default=None)
 
 
 def cell_columns(header: Sequence[str], name: str) -> list[Place]:
@@ -206,14 +217,17 @@ def _left_out(lines: int, which: str) -> tuple[str, ...]:
 def _throughout(
     time_s: FloatArray, kelvin: FloatArray, quantity: str
 ) -> tuple[FloatArray, tuple[str, ...]]:
-    """A temperature in every line, straight from one that was measured to the next; or in none."""
+    """A temperature straight from one that was measured to the next, NaN beyond; or none."""
     known = np.isfinite(kelvin)
     if known.all():
         return kelvin, ()
     if not known.any():
         return np.empty(0), (f"{quantity}: the column is empty",)
     said = f"{quantity}: measured in {known.sum()} of {known.size} lines, straight in between"
-    return np.interp(time_s, time_s[known], kelvin[known]), (said,)
+    between = np.interp(time_s, time_s[known], kelvin[known], left=np.nan, right=np.nan)
+    if beyond := int(np.isnan(between).sum()):
+        said += f", unknown before and after ({beyond} lines)"
+    return between, (said,)
 
 
 def _full(row: Sequence[str], taken: Mapping[str, tuple[int, float, float]]) -> bool:
@@ -248,6 +262,16 @@ def possible_K(kelvin: FloatArray | None) -> tuple[FloatArray | None, int]:
         return None, 0
     strange = (kelvin < KELVIN[0]) | (kelvin > KELVIN[1])
     return np.where(strange, np.nan, kelvin), int(strange.sum())
+
+
+def _check_titles(header: Sequence[str], places: Mapping[str, Place | None], name: str) -> None:
+    """A temperature in a unit that is not known would be taken for none at all."""
+    warm = [title for title in header if re.search(TEMPERATURE, title.strip().casefold())]
+    if warm and not any(places[quantity] for quantity in OPTIONAL):
+        raise CalibrationError(
+            f"{name}: {warm[0]!r} is a temperature in no unit that is known: expected one such as "
+            "'Temperature / degC' or 'Temperature / K'; without it leave the column out"
+        )
 
 
 def _check_temperatures(

@@ -7,7 +7,8 @@ import numpy as np
 import numpy.typing as npt
 import pytest
 
-from twin.calibrate.answer import _covariance, _curvature, not_identified
+from twin.calibrate.answer import Verdict, _covariance, _curvature, estimated, not_identified
+from twin.calibrate.parameters import Parameter
 
 FloatArray = npt.NDArray[np.float64]
 
@@ -60,3 +61,17 @@ def test_of_parameters_that_only_a_sum_is_told_of_some_stay_free() -> None:
     assert len(names) == k - 25
     apart = linear(np.vstack([np.eye(2), np.eye(2)]) * [10.0, 0.1], np.eye(2))
     assert not_identified(apart, np.zeros(2)) == ("p1",)
+
+
+@pytest.mark.parametrize(
+    ("held", "q", "verdict"),
+    [("a", 0.0, Verdict.PRIOR), ("", 1.2, Verdict.PARTLY), ("", 3.0, Verdict.AT_BOUND)],
+)
+def test_what_was_fitted_is_never_said_to_be_its_prior(
+    held: str, q: float, verdict: Verdict
+) -> None:
+    """However wide: what is left of its tests may be as large as the prior, or more."""
+    number = Parameter(name="a", unit="1", mean=1.0, std=0.1, lower=0.7, upper=1.3)
+    one = np.array([q]), np.array([1.0 if held else 1.1]), np.ones(1), np.array([held == "a"])
+    (estimate,) = estimated([number], *one)
+    assert estimate.verdict is verdict

@@ -10,6 +10,7 @@ import numpy.typing as npt
 import pytest
 
 from tests.twin.calibrate.synthetic import cell_pack, measured
+from twin.calibrate.advice import advise
 from twin.calibrate.answer import Verdict
 from twin.calibrate.checks import Fitted, predicted, rms
 from twin.calibrate.objective import Problem
@@ -24,7 +25,7 @@ from twin.calibrate.run import (
     problem_of,
 )
 from twin.calibrate.search import Best, Stage
-from twin.calibrate.settle import MISSED_V, STRETCHES
+from twin.calibrate.settle import MISSED_V, STRETCHES, of_a_model
 from twin.calibrate.table import CalibrationError
 from twin.effects import SeriesResistance, WeakCell
 from twin.pack import Pack
@@ -97,6 +98,17 @@ def test_what_the_tests_do_not_show_is_said_to_be_the_prior() -> None:
     assert len(found.answer.stiff) + len(found.answer.sloppy) == len(found.answer.names)
     assert found.answer.stiff[0].std < 0.01
     assert np.diag(found.answer.correlations) == pytest.approx(np.ones(len(found.q)))
+
+
+def test_a_further_test_is_missed_by_a_twin_as_much_as_those_it_was_fitted_to() -> None:
+    """By noise alone even a repetition would promise to tell nearly all."""
+    found = calibrated()[0]
+    exact, missed = (
+        {a.name: a.gain for a in advise(of_a_model(found.problem, own_V), found.q, found.answer)}
+        for own_V in (0.0, 5e-3)
+    )
+    assert exact.keys() == missed.keys()
+    assert all(missed[name] < 0.8 * exact[name] for name in exact)
 
 
 def test_advice_is_a_test_that_shows_what_is_not_known() -> None:

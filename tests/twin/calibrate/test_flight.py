@@ -129,6 +129,16 @@ def test_the_resistance_under_load_is_told_better_than_its_parts(seed: int) -> N
     assert found.pulse.left_of_prior < min(e.left_of_prior for e in parts)
 
 
+@pytest.mark.parametrize("seed", SEEDS)
+def test_what_stays_as_it_was_is_what_is_said_to_and_nothing_else(seed: int) -> None:
+    """Whatever else of it the flight tells when the rest is fitted again."""
+    found = fit_flight(GUESS, flown(hidden(seed), length_s=120.0, seed=seed), KNOWN)
+    assert isinstance(found, FlightFit)
+    for e in found.estimates:
+        as_it_was = e.value == pytest.approx(e.prior, rel=1e-12)
+        assert (e.verdict is Verdict.PRIOR) == as_it_was, e.name
+
+
 def test_what_a_short_flight_does_not_tell_stays_as_it_was_and_is_listed() -> None:
     found = fit_flight(GUESS, flown(hidden(0), length_s=60.0, seed=0), KNOWN)
     assert isinstance(found, FlightFit)

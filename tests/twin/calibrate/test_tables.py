@@ -10,8 +10,10 @@ from twin.at_rest import open_circuit_V
 from twin.calibrate.check_ups import read_check_ups
 from twin.calibrate.reference import ReferenceTest, discharge_sign, left_unknown, reference_test
 from twin.calibrate.table import CalibrationError, MeasuredTable, read_test
+from twin.load import Load
 from twin.mismatch import MismatchError, read_hidden_csv
 from twin.pack import Pack
+from twin.simulate import simulate
 
 
 def read(header: str, *lines: str) -> MeasuredTable:
@@ -51,9 +53,43 @@ def test_a_thermometer_that_is_read_now_and_then_takes_no_current_away() -> None
     assert table.current_A.sum() == pytest.approx(8.0)
     assert table.temperature_K == pytest.approx(293.15 + table.time_s)
     assert table.remarks == ("temperature_K: measured in 4 of 31 lines, straight in between",)
+    ends = [f"{t},1,4,{20 if 3 <= t < 7 else ''}" for t in range(10)]
+    early = read("Time / s,Current / A,Voltage / V,Temperature / degC", *ends)
+    assert early.temperature_K is not None
+    assert np.flatnonzero(np.isfinite(early.temperature_K)).tolist() == [3, 4, 5, 6]
+    assert early.remarks[0].endswith("straight in between, unknown before and after (6 lines)")
     empty = read("Time / s,Current / A,Voltage / V,Temperature / degC", "0,1,4,", "1,1,4,")
     assert empty.temperature_K is None
     assert empty.remarks == ("temperature_K: the column is empty",)
+
+
+def test_a_temperature_at_the_start_alone_says_nothing_of_how_a_cell_warms() -> None:
+    lines = [f"{t},1,{4 - t / 100},{10 if t == 0 else ''}" for t in range(10)]
+    table = read("Time / s,Current / A,Voltage / V,Temperature / degC", *lines)
+    test = reference_test(table, cell_pack())
+    assert test.ambient_K == pytest.approx(283.15)
+    assert test.temperature_K is None
+
+
+@pytest.mark.parametrize("title", ["Temperature", "Temp / F", "Temperature / °F", "T_cell [F]"])
+def test_a_temperature_in_no_unit_that_is_known_is_refused(title: str) -> None:
+    """It would be as if there was none, and every test at the pack file's."""
+    with pytest.raises(CalibrationError, match="is a temperature in no unit that is known"):
+        read(f"Time / s,Current / A,Voltage / V,{title}", "0,0,4.1,68", "1,1,4,68")
+
+
+@pytest.mark.parametrize("title", ["T / degC", "Tcell / °C", "T_surf (C)", "Cell Temp / C"])
+def test_a_temperature_by_its_letter(title: str) -> None:
+    table = read(f"t / s,I / A,U / V,{title},Attempt", "0,0,4.1,20,1", "1,1,4,20,1")
+    assert table.temperature_K == pytest.approx([293.15, 293.15])
+
+
+def test_a_time_that_begins_anew_with_each_step_is_not_that_of_the_test() -> None:
+    rows = "0,0,1,4", "1,1,1,4", "0,2,1,4", "1,3,1,4"
+    table = read("Step Time / s,Test Time / s,Current / A,Voltage / V", *rows)
+    assert table.time_s == pytest.approx([0, 1, 2, 3])
+    with pytest.raises(CalibrationError, match=r"line 4: 'Step Time / s' .* in 1 it goes back"):
+        read("Step Time / s,Cycle,Current / A,Voltage / V", *rows)
 
 
 def test_lines_that_measured_nothing_are_left_out_and_counted() -> None:
@@ -129,7 +165,11 @@ def test_a_temperature_of_the_air_is_not_the_cells(
         ("Time / s,Voltage / V", ("0,4",), "no column for current_A"),
         ("Time / s,Current / A,Voltage / V", ("0,1,4", "1,x,4"), "line 3: current_A is 'x'"),
         ("Time / s,Current / A,Voltage / V", ("0,1,4", "1,nan,4"), "line 3"),
-        ("Time / s,Current / A,Voltage / V", ("0,1,4", "0,1,4"), "line 3: time does not exceed"),
+        (
+            "Time / s,Current / A,Voltage / V",
+            ("0,1,4", "0,1,4"),
+            "line 3: 'Time / s' does not exceed",
+        ),
         ("Time / s,Current / A,Voltage / V", ("0,1,4",), "1 samples"),
     ],
 )
@@ -145,6 +185,19 @@ def test_the_voltage_tells_the_sign_of_the_current(sign: float) -> None:
     assert discharge_sign(sign * discharge, voltage, name="t")[0] == sign
     steady = np.linspace(4.1, 3.9, 5)
     assert discharge_sign(np.full(5, sign), steady, name="t")[0] == sign
+
+
+@pytest.mark.parametrize("sign", [1.0, -1.0])
+@pytest.mark.parametrize("late", [-1, 0, 1])
+def test_the_sign_is_told_though_the_voltage_is_read_a_row_late(sign: float, late: int) -> None:
+    time_s = np.arange(0.0, 600.0, 1.0)
+    current_A = np.where(time_s % 120 < 30, 4.4, 0.0)
+    own = Pack(cell=cell_pack().cell, initial_soc=0.9)
+    voltage_V = simulate(own, Load(time_s=time_s, current_A=current_A)).require().voltage_V
+    read_V = np.interp(time_s - late, time_s, voltage_V)
+    assert discharge_sign(sign * current_A, read_V, name="t")[0] == sign
+    flows = np.append(np.full(50, sign), 0.0)  # the last row has the voltage of before
+    assert discharge_sign(flows, np.linspace(4.1, 3.9, 51), name="t")[0] == sign
 
 
 def test_a_test_without_current_or_answer_is_refused() -> None:

@@ -110,6 +110,26 @@ def test_activation_energies_are_found() -> None:
         assert abs(estimates[name].value - value) < 3 * estimates[name].std, name
 
 
+def test_a_temperature_that_was_not_measured_tells_nothing() -> None:
+    """Of a thermometer that failed: its last value was taken for all that followed."""
+    pack = replace(cell_pack(), effects=(SelfHeating(heat_transfer_W_m2_K=12.0),))
+    test = of(pack, 25.0, 1, NOISE_V, FAST)
+    warm_K = test.ambient_K + np.linspace(0.0, 5.0, test.time_s.size)
+    failed_K = np.where(test.time_s < 200.0, warm_K, np.nan)
+    q, both = np.zeros(len(WARMING) + 1), []
+    for own_K in (warm_K, failed_K):
+        problem = problem_of(pack, [replace(test, temperature_K=own_K)], only=WARMING)
+        residuals, slopes = problem.linearised(q)
+        assert problem.residuals(q) == pytest.approx(residuals, abs=1e-9)
+        (sample,) = problem.tests
+        both.append((residuals[-sample.at.size :], slopes[-sample.at.size :]))
+    known = sample.load.time_s[sample.at] < 200.0
+    for whole, part in zip(*both, strict=True):
+        assert part[known] == pytest.approx(whole[known])
+        assert not part[~known].any()
+        assert whole[~known].any()
+
+
 def test_how_a_cell_warms_is_found_and_told() -> None:
     """By its temperature; the voltage alone leaves heat capacity and cooling nearly as unknown."""
     pack = replace(cell_pack(), effects=(SelfHeating(heat_transfer_W_m2_K=12.0),))
