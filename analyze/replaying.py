@@ -5,6 +5,7 @@ import numpy.typing as npt
 
 from analyze.start import pack_of
 from flightlogs.held import measured_anew
+from flightlogs.holes import longest_step_s
 from flightlogs.recording import Recording
 from reports.flight import Gaps, PackUse
 from twin.cell import Cell
@@ -12,14 +13,10 @@ from twin.load import Between, Load
 from twin.replay import Replay
 from twin.simulate import simulate
 
-GAP_STEPS = 5.0  # of the usual step: a logger that is late by a few samples lost none
-GAP_MIN_S = 1.0
-
 
 def gap_steps(time_s: npt.NDArray[np.float64]) -> npt.NDArray[np.bool_]:
-    """(n - 1,) which steps are so long that samples are missing in them."""
-    dt = np.diff(time_s)
-    return np.asarray(dt > max(GAP_MIN_S, GAP_STEPS * float(np.median(dt))))
+    """(n - 1,) which steps are so long that samples are missing in them, as warnings count them."""
+    return np.asarray(np.diff(time_s) > longest_step_s(time_s))
 
 
 def gaps_of(recording: Recording) -> Gaps:

@@ -20,14 +20,15 @@ class Airborne:
         glitch_s: shorter interruptions of the flag are none.
         rest_m: height changes less than this while standing.
         share: of the flight's median current that a standing vehicle stays below.
-        too_little: below this share nothing flies, whatever the height (an estimator that drifts).
+        too_little: below this share nothing flies, whatever the height (an estimator that drifts);
+            a hover may draw 0.4 of what most of a fast flight does.
         window_s: of the current's moving average: motors that spin up draw short peaks.
     """
 
     glitch_s: float = 1.0
     rest_m: float = 0.15
     share: float = 0.8
-    too_little: float = 0.5
+    too_little: float = 0.25
     window_s: float = 2.0
 
     def find(self, recording: Recording) -> BoolArray:

@@ -23,6 +23,11 @@ SPEED_BY_STICK = ("POSCTL", "LOITER")
 STEP_m_s = 30.0  # no multirotor's trajectory runs faster: such a step is a jump of the command
 
 
+AHEAD_m, AHEAD_m_s2 = 3.0, 5.0
+"""By what a trajectory goes further than the vehicle from one sample to the next, at most: the
+second where samples are far apart, and it speeds up meanwhile. A waypoint goes as far at once."""
+
+
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Sticks:
     """How stick deflections map to commanded speed.
@@ -99,8 +104,12 @@ def _position_rate(recording: Recording) -> FloatArray:
     step = np.diff(position, axis=0) / dt
     out[1:-1] = (position[2:] - position[:-2]) / (dt[1:] + dt[:-1])
     out[0], out[-1] = step[0], step[-1]
-    jumps = (np.abs(np.nan_to_num(step)) > STEP_m_s).any(axis=0)
-    out[:, jumps] = np.nan
+    jumps = np.abs(np.nan_to_num(step)) > STEP_m_s
+    if recording.velocity_m_s is not None:
+        flown = (recording.velocity_m_s[1:] + recording.velocity_m_s[:-1]) / 2
+        ahead = np.nan_to_num(np.abs(step) - np.abs(flown)) * dt
+        jumps |= ahead > np.maximum(AHEAD_m, AHEAD_m_s2 * dt**2)
+    out[:, jumps.any(axis=0)] = np.nan
     return out
 
 

@@ -6,6 +6,8 @@ import pytest
 from analyze.pack_choice import cell_of
 from analyze.replaying import gap_steps, gaps_of, replay
 from analyze.start import pack_use
+from flightlogs.holes import holes
+from flightlogs.log import Interval
 from tests.reports import example
 from twin.solution import Status
 
@@ -38,7 +40,15 @@ def test_a_slow_logger_has_no_gaps_for_being_slow() -> None:
 def test_a_few_late_samples_are_no_gap() -> None:
     t = example.T.copy()
     t[50] += 0.15
-    assert not gap_steps(np.delete(t, [80, 81])).any()
+    assert not gap_steps(np.delete(t, [80])).any()
+
+
+@pytest.mark.parametrize(("step_s", "lost"), [(0.1, 8), (2.0, 3)])
+def test_gaps_are_those_that_the_warning_counts(step_s: float, lost: int) -> None:
+    time_s = step_s * np.arange(300)
+    kept = time_s[np.arange(300) % 20 >= lost]
+    flight = Interval(float(kept[0]), float(kept[-1]))
+    assert gap_steps(kept).sum() == len(holes(kept, flight)) == 14
 
 
 def test_the_replay_draws_the_recorded_charge_and_is_judged_in_flight() -> None:

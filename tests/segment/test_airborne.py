@@ -42,6 +42,16 @@ def test_a_drifting_estimator_does_not_lift_a_vehicle_that_draws_next_to_nothing
     assert stop == pytest.approx(30.0, abs=1.0)
 
 
+def test_a_hover_before_and_after_a_fast_flight_is_no_standing():
+    """It draws 10 A, the climb 11.5, the flight between them 25: the median of all."""
+    current = np.select(
+        [T < 10, T < 12, T < 14, T < 28, T < 30], [0.5, 11.5, 10.0, 25.0, 10.0], 0.5
+    )
+    start, stop = span(Airborne().find(flight(current_A=current, flag=(8.0, 32.0))))
+    assert start == pytest.approx(10.0, abs=0.3)
+    assert stop == pytest.approx(30.0, abs=0.3)
+
+
 def test_a_short_peak_of_motors_that_spin_up_is_no_lift_off():
     current = np.where((T >= 10) & (T < 30), 20.0, 2.0)
     current[(T >= 7) & (T < 7.3)] = 40.0

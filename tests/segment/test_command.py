@@ -39,6 +39,36 @@ def test_a_position_command_in_jumps_is_no_trajectory():
     assert set(command.vertical_basis[:-1].tolist()) == {POSITION}
 
 
+@pytest.mark.parametrize(
+    ("step_s", "jump_m", "every_s"), [(0.2, 5.0, 4.0), (0.5, 14.0, 5.0), (1.0, 20.0, 6.0)]
+)
+def test_waypoints_are_jumps_however_far_apart_samples_are(
+    step_s: float, jump_m: float, every_s: float
+) -> None:
+    """None is faster than a vehicle may be from sample to sample; no vehicle was there at once."""
+    time_s = np.arange(200) * step_s
+    position, velocity = np.zeros((200, 3)), np.zeros((200, 3))
+    position[:, 0] = jump_m * (time_s // every_s)
+    after_s = time_s % every_s
+    velocity[:, 0] = np.where(
+        (after_s < every_s / 2) & (time_s >= every_s), jump_m / every_s * 2, 0
+    )
+    velocity[after_s == 0, 0] = 0.0
+    slow = still(time_s=time_s, position_setpoint_m=position, velocity_m_s=velocity)
+    assert set(commanded(slow, Sticks()).horizontal_basis.tolist()) == {VELOCITY}
+
+
+@pytest.mark.parametrize("step_s", [0.1, 1.0, 2.0])
+def test_a_trajectory_that_speeds_up_is_one_though_the_vehicle_lags(step_s: float) -> None:
+    time_s = np.arange(200) * step_s
+    speed = 6.0 * np.clip(np.sin(time_s / 4.0), 0.0, None)
+    position, velocity = np.zeros((200, 3)), np.zeros((200, 3))
+    position[:, 0] = np.cumsum(speed) * step_s
+    velocity[:, 0] = np.interp(time_s - 0.5, time_s, speed)
+    flown = still(time_s=time_s, position_setpoint_m=position, velocity_m_s=velocity)
+    assert set(commanded(flown, Sticks()).basis().tolist()) == {POSITION}
+
+
 def test_a_held_position_stands_in_where_no_velocity_is_commanded():
     setpoint = np.full((200, 3), np.nan)
     setpoint[:100] = 1.0
