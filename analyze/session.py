@@ -7,6 +7,7 @@ from pathlib import Path
 
 import click
 
+from analyze.alone import alone
 from analyze.checks import WrongUse, check_sensor, checked_pack, is_log, writable
 from analyze.find import Found, find, sensor_beside
 from analyze.fleet import outcomes
@@ -59,7 +60,7 @@ def run_session(options: Options) -> int:
     """
     pack = checked_pack(options.pack) if options.pack else None
     found = _found(options)
-    with writable(options.out):
+    with writable(options.out), alone(options.out):
         return _done(options, pack, found)
 
 

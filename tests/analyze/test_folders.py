@@ -8,6 +8,8 @@ import pyarrow.parquet as pq
 import pytest
 
 import analyze.job
+from analyze.alone import alone
+from analyze.checks import writable
 from analyze.version import code_sha256
 from tests.analyze.calls import FILES, PACK, call, made, put
 
@@ -103,6 +105,17 @@ def test_another_log_of_the_same_name_does_not_overwrite_the_first(tmp_path, ana
         "index.html", "fleet.parquet", "failures.json",
     }  # fmt: skip
     assert len(analysed) == 2
+
+
+def test_two_runs_at_once_do_not_write_into_one_folder(tmp_path, analysed) -> None:
+    put(tmp_path, "x/flight.ulg")
+    with writable(tmp_path / "o"), alone(tmp_path / "o"):
+        refused = call(tmp_path, "x", "--out", "o")
+    assert refused.exit_code == 2
+    assert "o: another analyze is writing there" in refused.output
+    assert not analysed
+    assert made(tmp_path / "o") == set()
+    assert call(tmp_path, "x", "--out", "o").exit_code == 0
 
 
 def test_a_folder_of_the_users_with_the_name_of_a_log_is_left_alone(tmp_path, analysed) -> None:
