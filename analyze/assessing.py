@@ -45,7 +45,7 @@ def damage_of(  # noqa: PLR0913
     """
     manoeuvres = manoeuvres_of(recording, segments, profiles)
     if not manoeuvres:
-        return None, _none_to_repeat(segments)
+        return None, _none_to_repeat(segments, profiles)
     try:
         others = others_of(drawn[0], pack) if thorough else None
         spans = spans_of(segments)
@@ -56,16 +56,16 @@ def damage_of(  # noqa: PLR0913
         return None, f"What is not known of the pack cannot be told: {e}."
 
 
-def _none_to_repeat(segments: Sequence[Segment]) -> str:
-    """Why no motion has a profile."""
+def _none_to_repeat(segments: Sequence[Segment], profiles: Profiles) -> str:
+    """Why no motion has a profile that can be repeated."""
+    told = [profiles[motion] for motion in ASSESSED if motion in profiles]
+    why = [p.reason for p in told if isinstance(p, TooLittle) and p.source_s]
     mixed = [s for s in segments if s.motion is Motion.MIXED and s.basis is Basis.NONE]
-    if not mixed:
-        return "No motion lasted long enough for a profile, so none can be repeated."
-    return (
-        "Neither velocity nor command tells what was flown for "
-        f"{sum(s.duration_s for s in mixed):.1f} s, and no motion that is told lasted long enough "
-        "for a profile, so none can be repeated."
-    )
+    if mixed:
+        untold_s = sum(s.duration_s for s in mixed)
+        why.append(f"for {untold_s:.1f} s neither velocity nor command tells what was flown")
+    said = "; ".join(why) or "none was flown that discharges the pack"
+    return f"No motion can be repeated: {said}."
 
 
 def others_of(pack: Pack, choice: PackChoice | None) -> Others:

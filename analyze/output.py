@@ -159,6 +159,7 @@ def _fleet_row(flight: FleetFlight) -> Mapping[str, object]:
     }
     fitted = {q.name: q for q in result.pack.fit.quantities} if result.pack.fit else {}
     capacity, pulse = fitted.get("capacity_C"), fitted.get("pulse_ohm")
+    lost = result.assessment.in_flight if result.assessment else None
     return {
         "folder": flight.folder,
         **result.flight.model_dump(),
@@ -169,7 +170,7 @@ def _fleet_row(flight: FleetFlight) -> Mapping[str, object]:
         "voltage_rmse_mv": result.replay.voltage_rmse_mv,
         "max_error_mv": result.replay.max_error_mv,
         "replay_status": result.replay.status,
-        "lithium_lost_mah": a.in_flight.lithium_mah if (a := result.assessment) else None,
+        "lithium_lost_mah": lost.lithium_mah if lost else None,
         "capacity_std_ah": capacity.std / 3600 if capacity else None,
         "pulse_ohm": pulse.value if pulse else None,
         "mismatch": result.mismatch.verdict if result.mismatch else None,

@@ -115,6 +115,7 @@ def read_flight(source: Source) -> Flight:
         raise Refusal("pack_cannot_start", f"{printable(source.log.name)}: {e}") from e
     doubts = (
         *_still_doubtful(recording, source.pack),
+        *(_too_small(recording, use) if source.pack else ()),
         *_doubts(recording, use, sensor, remarks),
         *beyond_tests(source.pack, use, load_of(recording, use)),
     )
@@ -219,11 +220,21 @@ def _still_doubtful(recording: Recording, pack: PackChoice | None) -> tuple[LogW
         return recording.warnings
     stated = {"cell_count_inferred"}
     if pack.file.pack.capacity_ah is not None:
-        stated.add("capacity_unknown")
-        drawn_C = measured_charge_C(recording.time_s, recording.current_A)
-        if drawn_C <= MOST_DRAWN * AH_C * pack.file.pack.capacity_ah:  # else the current may be off
-            stated.add("capacity_doubtful")
+        stated |= {"capacity_unknown", "capacity_doubtful"}
     return tuple(w for w in recording.warnings if w.code not in stated)
+
+
+def _too_small(recording: Recording, use: PackUse) -> tuple[LogWarning, ...]:
+    """The pack of a pack file for what was drawn from it."""
+    drawn_C = measured_charge_C(recording.time_s, recording.current_A)
+    if drawn_C <= MOST_DRAWN * use.capacity_C:
+        return ()
+    text = (
+        f"{drawn_C / AH_C:.3g} Ah were drawn, and by the pack file the pack holds "
+        f"{use.capacity_C / AH_C:.3g} Ah: check capacity_ah and parallel in it (or the current is "
+        "logged too large)"
+    )
+    return (LogWarning("capacity_doubtful", text, recording.battery),)
 
 
 def _doubts(

@@ -1,7 +1,9 @@
 """`Study` -> the parts of `result.json` that tell the damage."""
 
+from collections.abc import Mapping
 from typing import Literal
 
+from reports.flight import ASSESSED
 from reports.parts import (
     AssessmentPart,
     BaselinePart,
@@ -12,6 +14,7 @@ from reports.parts import (
     RatioPart,
     RelativePart,
 )
+from segment.profile import PeriodicProfile, TooLittle
 from segment.segment import Motion
 from twin.constants import ZERO_CELSIUS_K
 from twin.damage import (
@@ -28,8 +31,11 @@ from twin.damage import (
 )
 from twin.damage.cost import total
 from twin.finite import finite
+from twin.solution import Status
 
 MAH = 1 / 3.6  # of a coulomb
+FLIGHT = "flight"  # beside motions: all of it, as it was flown
+Profiles = Mapping[Motion, PeriodicProfile | TooLittle]
 
 
 def damage_part(study: Study | None, motion: str) -> DamagePart | None:
@@ -84,8 +90,8 @@ def relative_part(study: Study | None, motion: str) -> RelativePart | None:
     )
 
 
-def assessment_part(study: Study | None) -> AssessmentPart | None:
-    """How it was judged, and beside what."""
+def assessment_part(study: Study | None, profiles: Profiles) -> AssessmentPart | None:
+    """How it was judged, and beside what; `profiles` say why a motion has none."""
     if study is None:
         return None
     found, whole = study.assessment, study.cyclable_C
@@ -102,14 +108,31 @@ def assessment_part(study: Study | None) -> AssessmentPart | None:
             )
             for c in found.baselines.cycled
         ),
-        in_flight=loss_part(_in_the_air(study.attribution), whole),
-        not_assessed=dict(found.cannot),
+        in_flight=loss_part(air, whole) if (air := _in_the_air(study.attribution)) else None,
+        not_assessed=not_assessed(study, profiles),
         life=_life(study),
     )
 
 
-def _in_the_air(flown: Attribution) -> Loss:
-    """Of all spans but those on the ground."""
+def not_assessed(study: Study, profiles: Profiles) -> dict[str, str]:
+    """Motion -> why it was not, of those that were flown; `flight` -> why not all of it."""
+    out = {
+        motion.value: profile.reason
+        for motion, profile in profiles.items()
+        if motion in ASSESSED and isinstance(profile, TooLittle) and profile.source_s
+    }
+    out |= study.assessment.cannot
+    flown = study.attribution
+    if flown.status is not Status.DONE:
+        ended_s, whole_s = flown.whole.duration_s, flown.spans[-1].stop_s - flown.spans[0].start_s
+        out[FLIGHT] = f"{ended_s:.0f} of {whole_s:.0f} s can be simulated: {flown.status.value}"
+    return out
+
+
+def _in_the_air(flown: Attribution) -> Loss | None:
+    """Of all spans but those on the ground; None if the simulation did not come to their end."""
+    if flown.status is not Status.DONE:
+        return None
     both = zip(flown.spans, flown.costs, strict=False)
     return total([c for s, c in both if Motion(s.name) is not Motion.GROUND]).loss
 

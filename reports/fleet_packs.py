@@ -19,6 +19,8 @@ RETIRED = 0.8
 """Of the rated capacity: the end of a vehicle battery's life by the USABC Electric Vehicle Battery
 Test Procedures Manual (1996)."""
 TOLD = ("identified", "partly")  # verdicts of a fit on a number
+SCALE = "current_scale_doubtful"  # code of a warning
+SURELY = 1.64  # standard deviations below: 19 of 20 packs
 CLEARLY = 0.05  # standard deviation over the number: what is known worse retires no pack
 COLUMNS = (
     Column(title="pack", numeric=False),
@@ -35,8 +37,9 @@ COLUMNS = (
 )
 NOTES = (
     "Capacity and resistance are those of the last flight that tells them, within "
-    f"{percent(CLEARLY)}, and that was fitted without a pack file: the capacity with its standard "
-    "deviation beside the rated one, the resistance of the whole pack after 10 s of load, as warm "
+    f"{percent(CLEARLY)}, and that was fitted without a pack file to a current whose scale is not "
+    "doubtful: the capacity with its standard deviation beside the rated one, the resistance of "
+    "the whole pack after 10 s of load, as warm "
     "as it was then, with how much more that is than by the first. Rated is what a parameter of "
     "the log or the pack file says; full cycles are the charge drawn over it. What a flight costs "
     "is by the twin, in the air, the mean of those that are here, each as it would cost a pack "
@@ -60,8 +63,12 @@ class FlownPack:
     results: tuple[Result, ...]
 
     def told(self, name: str) -> tuple[QuantityPart, ...]:
-        """A number that was fitted to its flights, where they tell it CLEARLY."""
-        fits = [r.pack.fit for r in self.results if r.pack.fit]
+        """A number that was fitted to its flights, where they tell it CLEARLY.
+
+        A current whose scale is doubtful tells neither capacity nor resistance.
+        """
+        sure = [r for r in self.results if SCALE not in {w.code for w in r.quality.warnings}]
+        fits = [r.pack.fit for r in sure if r.pack.fit]
         own = [q for fit in fits for q in fit.quantities if q.name == name and q.verdict in TOLD]
         return tuple(q for q in own if q.std < CLEARLY * q.value)
 
@@ -76,6 +83,14 @@ class FlownPack:
         """Share of it that the last flight tells which tells any."""
         told = self.told("capacity_C")
         return told[-1].value / 3600 / self.rated_ah if told and self.rated_ah else None
+
+    @property
+    def surely_worn(self) -> bool:
+        """Less than RETIRED is left though its error be on the other side."""
+        told = self.told("capacity_C")
+        if not told or not self.rated_ah:
+            return False
+        return (told[-1].value + SURELY * told[-1].std) / 3600 < RETIRED * self.rated_ah
 
     @property
     def full_cycles(self) -> float | None:
@@ -95,7 +110,8 @@ class FlownPack:
 
         No sum: each is judged as if the pack were new, and films grow ever more slowly.
         """
-        lost = [r.assessment.in_flight.lithium_mah for r in self.results if r.assessment]
+        each = [r.assessment.in_flight for r in self.results if r.assessment]
+        lost = [loss.lithium_mah for loss in each if loss]
         return fmean(lost) if lost else None
 
 
@@ -133,13 +149,15 @@ def packs_section(results: Sequence[Result]) -> Section:
 
 
 def _worn(packs: Sequence[FlownPack]) -> Notice | None:
-    worn = [(p.serial, p.of_rated) for p in packs if p.of_rated is not None]
-    told = [f"{serial} ({percent(share)})" for serial, share in worn if share < RETIRED]
-    if not told:
-        return None
-    return Notice(
-        text=f"Less than {percent(RETIRED)} of the rated capacity is left in: {listed(told)}."
-    )
+    less = [(p, p.of_rated) for p in packs if p.of_rated is not None and p.of_rated < RETIRED]
+    said = []
+    for what, sure in (("is left", True), ("may be left, within its error,", False)):
+        told = [f"{p.serial} ({percent(share)})" for p, share in less if p.surely_worn is sure]
+        if told:
+            said.append(
+                f"Less than {percent(RETIRED)} of the rated capacity {what} in: {listed(told)}."
+            )
+    return Notice(text=" ".join(said)) if said else None
 
 
 def _nameless(flights: int) -> Notice | None:

@@ -51,7 +51,7 @@ def result_of(report: FlightReport, files: Iterable[str] = ()) -> Result:
         segments=tuple(_segment(s) for s in report.segments),
         motions=_motions(report),
         replay=_replay(report.replay),
-        assessment=assessment_part(report.damage),
+        assessment=assessment_part(report.damage, report.profiles),
         mismatch=_mismatch(report.mismatch),
         provenance=_provenance(report, tuple(sorted(files))),
     )

@@ -62,7 +62,7 @@ class DamagePart(Part):
     """Hydrostatic, at the surface of the particles, tension positive: least and greatest."""
     positive_stress_mpa: tuple[float, float]
     as_flown: LossPart | None
-    """By this motion's segments in this flight; null if the replay did not come so far."""
+    """By this motion's segments in this flight; null if its simulation ended before they did."""
     other_order_95: dict[str, float | None]
     """Measure -> the segments of this flight in another order would have changed what this motion
     costs per charge by less than this share, in 95 % of orders; null where it is not known."""
@@ -153,10 +153,11 @@ class AssessmentPart(Part):
     charge_rate: float
     ambient_c: float
     baselines: tuple[BaselinePart, ...]
-    in_flight: LossPart
+    in_flight: LossPart | None
     """Of this flight as it was flown, without what lies on the ground: as it would cost a pack
-    taken as new (three cycles old). One whose films are older loses less."""
+    taken as new (three cycles old). One whose films are older loses less. Null if the simulation
+    of it ended before it did; `not_assessed` says why."""
     not_assessed: dict[str, str]
-    """Motion -> why not."""
+    """Motion -> why not, or `flight` -> why not the whole of it as it was flown."""
     life: LifePart | None
     """Null unless the analysis was thorough."""

@@ -1,6 +1,6 @@
 """What each motion did to the battery."""
 
-from reports.damage import MAH
+from reports.damage import FLIGHT, MAH, not_assessed
 from reports.damage_lives import life_notes, life_rows, life_tables
 from reports.damage_plots import TITLES, course_svg, normalised_svg
 from reports.damage_tables import in_words, name_of, tables_of
@@ -121,8 +121,13 @@ def _notices(study: Study) -> tuple[Notice, ...]:
             '"stress_enhanced_diffusion" to the physics of the pack file.'
         )
         out.append(Notice(text=text, severity=Severity.DOUBT, code="implausible_loss"))
-    for motion, reason in study.assessment.cannot.items():
-        text = f"{name_of(motion).capitalize()} could not be repeated: {reason}."
+    for name, reason in not_assessed(study, {}).items():
+        what = (
+            "What this flight cost as it was flown is not known to its end"
+            if name == FLIGHT
+            else f"{name_of(name).capitalize()} could not be repeated"
+        )
+        text = f"{what}: {reason}."
         out.append(Notice(text=text, severity=Severity.DOUBT, code="not_assessed"))
     return tuple(out)
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from analyze.assessing import damage_of, manoeuvres_of, speed_m_s
-from segment.profile import PeriodicProfile
+from segment.profile import PeriodicProfile, TooLittle
 from segment.segment import Basis, Motion
 from tests.reports import example
 from twin.builtin import load_cell
@@ -52,7 +52,15 @@ def test_without_a_motion_the_reason_is_told() -> None:
         example.recording(), example.segments(), {}, (PACK, LOAD), thorough=False
     )
     assert found is None
-    assert "No motion lasted long enough" in why
+    assert why == "No motion can be repeated: none was flown that discharges the pack."
+
+
+def test_slow_telemetry_is_said_to_be_slow_and_not_the_motion_short() -> None:
+    """30 s of hover at 0.5 Hz are 15 samples."""
+    said = "30.0 s of hover motion in 1 segments (15 samples); a profile needs 10 s and 100 samples"
+    slow = {Motion.HOVER: TooLittle(motion=Motion.HOVER, source_s=30.0, reason=said)}
+    *_, why = damage_of(example.recording(), example.segments(), slow, (PACK, LOAD), thorough=False)
+    assert why == f"No motion can be repeated: {said}."
 
 
 def test_a_flight_of_which_nothing_tells_the_motion_is_not_said_to_be_too_short() -> None:
@@ -62,7 +70,7 @@ def test_a_flight_of_which_nothing_tells_the_motion_is_not_said_to_be_too_short(
     ]
     found, why = damage_of(example.recording(), untold, {}, (PACK, LOAD), thorough=False)
     assert found is None
-    assert "tells what was flown for 16.0 s" in why
+    assert "for 16.0 s neither velocity nor command tells what was flown" in why
 
 
 def test_a_pack_far_too_small_is_said_to_be_so() -> None:

@@ -113,7 +113,7 @@ def test_a_flight_becomes_a_page_and_a_result(tmp_path: Path) -> None:
     assert result.alignment is None
     assert not result.pack.calibrated
     assert result.assessment is None
-    assert "No motion lasted long enough" in report.no_damage
+    assert "No motion can be repeated" in report.no_damage
 
 
 @pytest.mark.usefixtures("readers")
@@ -208,6 +208,13 @@ def test_what_the_log_lacks_and_the_pack_file_states_is_no_doubt(
         Source(log=tmp_path / "flight.ulg", sensor=None, pack=choice, battery=None)
     )
     assert [w.code for w in flight.recording.warnings] == left
+
+
+@pytest.mark.usefixtures("readers")
+def test_a_capacity_that_less_than_was_drawn_is_a_doubt(tmp_path: Path) -> None:
+    report = analysed(tmp_path, pack=PACK + "capacity_ah = 0.1\n")
+    (doubt,) = (w for w in report.recording.warnings if w.code == "capacity_doubtful")
+    assert "by the pack file the pack holds 0.1 Ah: check capacity_ah" in doubt.message
 
 
 @pytest.mark.usefixtures("readers")

@@ -9,7 +9,9 @@ import jsonschema
 import numpy as np
 import pytest
 
+from analyze.output import _fleet_row
 from reports.damage import assessment_part, loss_part
+from reports.fleet import FleetFlight
 from reports.flight import FlightReport
 from reports.flight_page import flight_page
 from reports.quantity import significant
@@ -17,8 +19,13 @@ from reports.render import render
 from reports.results import result_of
 from reports.section import Section, Severity
 from reports.sections.damage import damage
+from segment.profile import TooLittle
+from segment.segment import Motion
 from tests.reports import example
+from tests.reports.example import SPANS
 from twin.damage import Part
+from twin.damage.cost import total
+from twin.solution import Status
 
 SCHEMA = json.loads((resources.files("reports") / "result.schema.json").read_text("utf-8"))
 MEASURES = {"lithium", "negative", "positive", "sei", "sei_on_cracks", "plating", "total"}
@@ -171,6 +178,35 @@ def test_what_could_not_be_told_is_said() -> None:
     assert len(section.figures) == 1
 
 
+def test_a_flight_that_cannot_be_simulated_to_its_end_has_no_cost_as_it_was_flown() -> None:
+    """Of a pack stated too small: the damage of a half of it would be shown as that of all."""
+    own = example.study(thorough=False)
+    whole = own.attribution
+    half = replace(whole, status=Status.LOWER_CUT_OFF, costs=whole.costs[: len(whole.costs) // 2])
+    ended = replace(own, attribution=replace(half, whole=total(half.costs)))
+    result = result_of(example.report(damage=ended))
+    jsonschema.Draft202012Validator(SCHEMA).validate(json.loads(result.model_dump_json()))
+    assert result.assessment is not None
+    assert result.assessment.in_flight is None
+    last_s = SPANS[-1][2]
+    reason = result.assessment.not_assessed["flight"]
+    assert reason.startswith(f"{half.spans[len(half.costs) - 1].stop_s:.0f} of {last_s:.0f} s can")
+    begun = {s.name for s in half.spans[len(half.costs) - 1 :]}
+    assert half.by_name().keys() == {s.name for s in half.spans} - begun
+    (notice,) = (n for n in shown(example.report(damage=ended)).notices if reason in n.text)
+    assert notice.text.startswith("What this flight cost as it was flown is not known to its end")
+    row = _fleet_row(FleetFlight(folder="a", log="a.ulg", result=result))
+    assert row["lithium_lost_mah"] is None
+
+
+def test_a_motion_without_a_profile_has_its_reason_in_the_result() -> None:
+    short = TooLittle(motion=Motion.VERTICAL, source_s=6.0, reason="6.0 s of vertical motion")
+    profiles = {**example.report().profiles, Motion.VERTICAL: short}
+    result = result_of(example.report(damage=example.study(thorough=False), profiles=profiles))
+    assert result.assessment is not None
+    assert result.assessment.not_assessed == {"vertical": "6.0 s of vertical motion"}
+
+
 def test_what_lies_on_the_ground_is_not_lost_in_the_air() -> None:
     """Films grow with time: minutes before the take-off would count almost as flown ones."""
     own = example.study(thorough=False)
@@ -180,7 +216,7 @@ def test_what_lies_on_the_ground_is_not_lost_in_the_air() -> None:
     without, told = (
         part.in_flight.lithium_mah
         for s in (own, replace(own, attribution=flown))
-        if (part := assessment_part(s))
+        if (part := assessment_part(s, {})) and part.in_flight
     )
     on_ground = loss_part(own.attribution.costs[0].loss, own.cyclable_C).lithium_mah
     assert told - without == pytest.approx(on_ground)

@@ -8,6 +8,7 @@ from reports.fleet import Fleet, FleetFlight, fleet_page
 from reports.fleet_packs import COLUMNS, packs_of, packs_section
 from reports.flight import PackUse
 from reports.parts.damage import AssessmentPart, LossPart
+from reports.parts.flight import WarningPart
 from reports.result import Result
 from reports.section import Section
 from tests.reports import example
@@ -65,6 +66,27 @@ def test_flights_of_one_pack_stand_together_and_the_weakest_comes_first() -> Non
     ]
     doubtful = [row[PLACE["of rated [%]"]].doubt for row in section.tables[0].rows]
     assert doubtful == [True, False]
+
+
+def test_a_pack_that_is_not_surely_worn_is_said_to_may_be() -> None:
+    """1.75 +- 0.06 of 2.2 Ah: of ten such packs more than four have 80 %."""
+    weak, less = flown("a", 1, "weak", capacity_ah=1.6), flown("b", 2, "w", capacity_ah=1.75)
+    section = section_of(weak, less)
+    assert [n.text for n in section.notices] == [
+        "Less than 80 % of the rated capacity is left in: weak (73 %). "
+        "Less than 80 % of the rated capacity may be left, within its error, in: w (80 %)."
+    ]
+
+
+def test_a_current_of_doubtful_scale_retires_no_pack() -> None:
+    """Of a sensor that reads 25 % low a healthy pack has 75 % of its capacity."""
+    doubtful = flown("a", 1, "x", capacity_ah=1.65)
+    warned = WarningPart(code="current_scale_doubtful", message="doubtful", where="")
+    quality = doubtful.result.quality.model_copy(update={"warnings": (warned,)})
+    result = doubtful.result.model_copy(update={"quality": quality})
+    section = section_of(replace(doubtful, result=result))
+    assert column(section, "capacity [Ah]") == column(section, "resistance [mΩ]") == ["–"]
+    assert section.notices == ()
 
 
 def test_a_flight_without_a_date_is_not_taken_for_the_last() -> None:

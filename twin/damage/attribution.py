@@ -74,8 +74,11 @@ class Attribution:
     orders: tuple[tuple[Cost, ...], ...] = ()
 
     def by_name(self) -> dict[str, Cost]:
-        """All spans of a name together."""
-        return {name: total(self.of(name)) for name in dict.fromkeys(s.name for s in self.spans)}
+        """All spans of a name together, if the simulation came to the end of them."""
+        ended = len(self.costs) - (self.status is not Status.DONE)
+        part = {s.name for s in self.spans[ended:]}
+        names = dict.fromkeys(s.name for s in self.spans if s.name not in part)
+        return {name: total(self.of(name)) for name in names}
 
     def of(self, name: str) -> tuple[Cost, ...]:
         """Of each span of that name."""
