@@ -37,6 +37,7 @@ def flown_V(cell: Cell, mesh: Mesh | None) -> np.ndarray:
     return simulate(Pack(cell=cell), load, mesh=mesh).require().voltage_V
 
 
+@pytest.mark.long
 def test_a_cell_whose_reactions_are_fast_is_followed_as_on_a_converged_mesh() -> None:
     cell = faster(100.0)
     exact_V = flown_V(cell, CONVERGED)

@@ -123,6 +123,7 @@ def test_amounts_are_kept_on_another_mesh_and_on_the_way_back() -> None:
     assert losses[0] != pytest.approx(astuple(NOTHING), abs=1e-6)
 
 
+@pytest.mark.long
 def test_derivatives_hold_where_there_is_no_salt_left() -> None:
     pack, load, name = scarce(), bursts(), "electrolyte.diffusivity_factor"
     told = sensitivity(pack, load, [name])

@@ -140,7 +140,8 @@ def with_tables() -> Cell:
     ("cell", "effects", "between"),
     [(load_cell("lg_m50"), HARSH, Between.LINEAR),
      pytest.param(load_cell("lipo_2200"), HARSH, Between.HOLD, marks=pytest.mark.long),
-     (load_cell("lg_m50"), (), Between.HOLD), (with_tables(), HARSH, Between.HOLD)],
+     (load_cell("lg_m50"), (), Between.HOLD),
+     pytest.param(with_tables(), HARSH, Between.HOLD, marks=pytest.mark.long)],
     ids=["lg_m50", "lipo_2200", "without ageing", "tables"],
 )  # fmt: skip
 @pytest.mark.usefixtures("to_rounding")

@@ -59,8 +59,8 @@ def test_what_the_twin_errs_by_is_nothing() -> None:
     ("fault", "current", "ohm", "told_K"),
     [
         ("current_gain", 1.15, 0.0, WARM_K),
-        ("series_resistance", 1.0, 0.006, WARM_K),
-        ("cold_pack", 1.0, 0.0, COLD_K),
+        pytest.param("series_resistance", 1.0, 0.006, WARM_K, marks=pytest.mark.long),
+        pytest.param("cold_pack", 1.0, 0.0, COLD_K, marks=pytest.mark.long),
     ],
 )
 def test_a_fault_is_found_beside_what_the_twin_errs_by(
