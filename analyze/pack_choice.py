@@ -8,16 +8,17 @@ from functools import lru_cache
 from pathlib import Path
 
 from flightlogs.errors import LogWarning
-from reports.flight import PackUse
 from twin.builtin import load_cell
 from twin.calibrate.asked import beyond
 from twin.calibrate.doubt import Doubt, read_doubt
 from twin.calibrate.table import CalibrationError
 from twin.cell import Cell
 from twin.load import Load
+from twin.pack import Pack
 from twin.pack_file import PackFile, PackFileError, cell_reference, is_path, parse_pack_file
 
 DEFAULT_CELL = "lipo_2200"
+BEYOND = "beyond_calibration"  # code of a warning
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -75,13 +76,13 @@ def cell_beside(cell: str | Path, pack_file: Path) -> str:
     return there if is_path(there) else f"./{there}"
 
 
-def beyond_tests(choice: PackChoice | None, use: PackUse, load: Load) -> tuple[LogWarning, ...]:
+def beyond_tests(choice: PackChoice | None, load: Load, pack: Pack) -> tuple[LogWarning, ...]:
     """Where the `load` of a pack asks for more than the tests that its cell is calibrated to."""
     asked = choice.cell_doubt.asked if choice and choice.cell_doubt else None
     if asked is None:
         return ()
-    text = beyond(asked, load, parallel=use.parallel, initial_K=use.initial_K)
-    return (LogWarning(code="beyond_calibration", message=text),) if text else ()
+    text = beyond(asked, load, parallel=pack.parallel, initial_K=pack.initial_K)
+    return (LogWarning(code=BEYOND, message=text),) if text else ()
 
 
 def _text(path: Path) -> str:

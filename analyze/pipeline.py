@@ -110,14 +110,14 @@ def read_flight(source: Source) -> Flight:
         builtin=isinstance(reference, str),
     )
     try:
-        pack_of(use, cell)
+        pack = pack_of(use, cell)
     except PackError as e:
         raise Refusal("pack_cannot_start", f"{printable(source.log.name)}: {e}") from e
     doubts = (
         *_still_doubtful(recording, source.pack),
         *(_too_small(recording, use) if source.pack else ()),
         *_doubts(recording, use, sensor, remarks),
-        *beyond_tests(source.pack, use, load_of(recording, use)),
+        *beyond_tests(source.pack, load_of(recording, use), pack),
     )
     return Flight(
         log=log,

@@ -2,7 +2,7 @@
 
 import csv
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TextIO
 
 import numpy as np
@@ -16,6 +16,7 @@ from twin.calibrate.table import (
     column_of,
     not_there,
     possible_K,
+    untaken_temperature,
 )
 from twin.load import Between, Load, LoadError
 
@@ -80,7 +81,11 @@ def read_load_csv(stream: TextIO, *, name: str) -> LoadTable:
     places = _places(header, of_cells)
     if lacking := [ours for ours in ("time_s", "current_A") if ours not in places]:
         raise LoadError(f"{name}: {not_there(lacking, header)}")
-    return _table(lines, places, of_cells, name)
+    table = _table(lines, places, of_cells, name)
+    if title := untaken_temperature(header, places):
+        said = f"{title!r} is a temperature in no unit that is known (degC or K): it was not read."
+        return replace(table, remarks=(*table.remarks, said))
+    return table
 
 
 def _places(header: Sequence[str], of_cells: Sequence[Place]) -> dict[str, Place]:

@@ -17,6 +17,12 @@ STRAINED = ("cracking", "active_material_loss", "stress_enhanced_diffusion")
 """Effects that the elastic constants act on."""
 
 
+FOUND_AS = {
+    "plating_stripping": "what `twin explain` finds as that is 'plating' with initial_mol_m3 in "
+    "[effects.plating]: --adopt writes it so"
+}
+
+
 class PhysicsError(ValueError):
     """What is asked for cannot be; the text names the key and what was expected."""
 
@@ -35,8 +41,10 @@ def effects_of(
     """
     for n, name in enumerate(listed):
         if name not in LISTABLE:
+            hint = f" ({FOUND_AS[name]})" if name in FOUND_AS else ""
             raise PhysicsError(
-                f"twin.physics: this version has no effect {name!r}; it has {', '.join(LISTABLE)}"
+                f"twin.physics: this version has no effect {name!r}{hint}; it has "
+                f"{', '.join(LISTABLE)}"
             )
         if name in listed[:n]:
             raise PhysicsError(f"twin.physics: {name!r} is listed twice")

@@ -20,6 +20,7 @@ from analyze.workbench.ageing_table import (
 from analyze.workbench.checkpoint import Checkpoint, CheckpointError, from_text
 from analyze.workbench.drawn import (
     Drawn,
+    beyond,
     in_air,
     load_sha256,
     pack_lines,
@@ -50,7 +51,8 @@ def run(request: Request) -> int:
         if not drawn.pack.ages:
             raise WrongUse(_nothing_ages(drawn))
         lives = [_begun(asked, each, choice) for asked, each in _cases(request, drawn)]
-    for text in drawn.doubts:
+    flown = ((life.drawn.pack, life.drawn.load) for life in lives)
+    for text in (*drawn.doubts, *beyond(choice, flown)):
         click.echo(f"doubtful {text}", err=True)
     codes = []
     with ExitStack() as folders, asked_to_stop("cycle") as stop, refusing():

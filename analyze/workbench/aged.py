@@ -13,7 +13,7 @@ from analyze.interrupt import asked_to_stop
 from analyze.names import printable
 from analyze.pack_choice import PackChoice, cell_beside
 from analyze.workbench.calibrated_files import Files
-from analyze.workbench.drawn import Ask, pack_lines, read_drawn
+from analyze.workbench.drawn import Ask, beyond, pack_lines, read_drawn
 from analyze.workbench.listing import print_table
 from analyze.workbench.watch import watching
 from twin.ageing import Regime
@@ -58,6 +58,8 @@ def run_life(life: Life) -> int:
     regime.check(drawn.pack)
     click.echo(f"life     {printable(life.check_ups.name)}: {len(ups)} check-ups, "
                f"{ups.cycle[-1]} cycles of {drawn.name}\n{pack_lines(drawn.use)}")  # fmt: skip
+    for text in (*drawn.doubts, *beyond(choice, [(drawn.pack, drawn.load)])):
+        click.echo(f"doubtful {text}", err=True)
     best, interrupted = _fitted(drawn.pack, regime, ups)
     told = told_of_life(best)
     write_whole(life.out, _pack_text(told, choice, life.out))

@@ -2,7 +2,7 @@
 
 import hashlib
 import json
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 from dataclasses import asdict, dataclass, replace
 from pathlib import Path
@@ -15,7 +15,7 @@ from analyze.checks import WrongUse, check_sensor, is_log
 from analyze.conceal import Channel
 from analyze.find import sensor_beside
 from analyze.names import printable
-from analyze.pack_choice import PackChoice, beyond_tests, cell_of
+from analyze.pack_choice import BEYOND, PackChoice, beyond_tests, cell_of
 from analyze.pipeline import Source, read_flight
 from analyze.replaying import judged_of, load_of
 from analyze.start import pack_of, pack_use
@@ -64,7 +64,7 @@ class Drawn:
         judged: (n,) bool, the samples that count in the error.
         pack: as it starts.
         use: its numbers, and where each comes from.
-        doubts: what is doubtful in the files, in words.
+        doubts: what is doubtful in the files, in words; not yet what is `beyond` the tests.
         segments: of a log, cut by motion.
         temperature_K: (n,) of the pack, NaN where it was not measured; None if it never was.
         cell_voltage_V: (n, cells) likewise.
@@ -127,7 +127,7 @@ def _of_log(log: Path, ask: Ask, choice: PackChoice) -> Drawn:
         judged=judged_of(recording) & unsaturated(recording.time_s, recording.current_A),
         pack=pack_of(flight.use, flight.cell),
         use=flight.use,
-        doubts=tuple(w.message for w in recording.warnings),
+        doubts=tuple(w.message for w in recording.warnings if w.code != BEYOND),
         segments=cut(recording),
         temperature_K=recording.temperature_K,
         cell_voltage_V=recording.cell_voltage_V,
@@ -163,11 +163,9 @@ def _of_csv(ask: Ask, choice: PackChoice) -> Drawn:
             voltage_held_warning(recorded_V, table.current_A, name),
         )
         doubts += tuple(w.message for w in doubtful if w)
-    load = table.load(between=between, ambient_K=use.ambient_K)
-    remarks += tuple(w.message for w in beyond_tests(choice, use, load))
     return Drawn(
         name=name,
-        load=load,
+        load=table.load(between=between, ambient_K=use.ambient_K),
         recorded_V=recorded_V,
         judged=judged,
         pack=pack_of(use, cell),
@@ -207,6 +205,12 @@ def _refined(drawn: Drawn) -> Drawn:
         temperature_K=None if warm is None else spread(warm),
         cell_voltage_V=None if cells is None else spread(cells),
     )
+
+
+def beyond(choice: PackChoice, drawn: Iterable[tuple[Pack, Load]]) -> tuple[str, ...]:
+    """What each pack and its load asks beyond the tests of the cell, in words, each once."""
+    said = (w.message for pack, load in drawn for w in beyond_tests(choice, load, pack))
+    return tuple(dict.fromkeys(said))
 
 
 def in_air(celsius: float | None, pack: Pack, load: Load) -> tuple[Pack, Load]:

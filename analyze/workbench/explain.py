@@ -21,7 +21,7 @@ from analyze.job import sha256_of
 from analyze.mismatching import allowed_of, remarks_of
 from analyze.names import printable
 from analyze.pack_choice import PackChoice, cell_beside
-from analyze.workbench.drawn import Ask, Drawn, read_drawn, refusing
+from analyze.workbench.drawn import Ask, Drawn, beyond, read_drawn, refusing
 from analyze.workbench.explained import doubts_of, print_finding, print_packs, report_of
 from analyze.workbench.reveal import revealed_of
 from analyze.workbench.watch import watching
@@ -198,7 +198,13 @@ def _drawn(
         drawn = read_drawn(ask, choice)
     check_voltage(drawn)
     check_charge(drawn)
-    doubts = (*drawn.doubts, *_warmer(drawn, choice), *_no_current(drawn), *_overfull(drawn))
+    doubts = (
+        *drawn.doubts,
+        *beyond(choice, [(drawn.pack, drawn.load)]),
+        *_warmer(drawn, choice),
+        *_no_current(drawn),
+        *_overfull(drawn),
+    )
     return replace(drawn, doubts=doubts)
 
 

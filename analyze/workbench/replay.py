@@ -21,7 +21,7 @@ from analyze.workbench.cases import (
     summary_columns,
     summary_rows,
 )
-from analyze.workbench.drawn import Ask, pack_alone, pack_lines, read_drawn, refusing
+from analyze.workbench.drawn import Ask, beyond, pack_alone, pack_lines, read_drawn, refusing
 from analyze.workbench.listing import print_table
 from analyze.workbench.plots import replay_svg
 from analyze.workbench.watch import watching
@@ -81,7 +81,7 @@ def _cases(request: Request, choice: PackChoice) -> tuple[Case, ...]:
         use, doubts = drawn.use, drawn.doubts
         cases = load_cases(drawn, ambient_C, request.scale or ())
     click.echo(pack_lines(use))
-    for text in doubts:
+    for text in (*doubts, *beyond(choice, ((case.pack, case.load) for case in cases))):
         click.echo(f"doubtful {text}", err=True)
     return cases
 

@@ -89,7 +89,8 @@ class MotionPart(LoadPart):
 
     time_s: NotNegative
     damage: DamagePart | None = None
-    """Null if it could not be told: `assessment` says why."""
+    """Null if it could not be told: `not_assessed` in `assessment` says why, or the warning
+    `no_damage` in `quality`."""
     relative_to_constant_current: RelativePart | None = None
 
 

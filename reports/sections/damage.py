@@ -10,6 +10,7 @@ from reports.section import Figure, Notice, Section, Severity
 from segment.segment import Motion
 from twin.damage import Assessed, Attribution, Part, Ratio, Study
 from twin.effects import AGEING
+from twin.solution import Status
 
 FAST_LOSS = 1e-3  # of the material in a flight: a cell that lost so much would last 200 flights
 NOTES = (
@@ -78,10 +79,10 @@ def _lead(study: Study) -> tuple[str, ...]:
 
 
 def _costliest(flown: Attribution) -> tuple[str, ...]:
-    """Which stretch of this flight took most lithium a minute."""
+    """Which stretch of this flight took most lithium a minute; nothing of a part of one."""
     both = [(s, c) for s, c in zip(flown.spans, flown.costs, strict=False) if c.duration_s >= 1]
     both = [(s, c) for s, c in both if Motion(s.name) is not Motion.GROUND]
-    if not both:
+    if not both or flown.status is not Status.DONE:
         return ()
     rates = [60e3 * MAH * c.loss.inventory_C / c.duration_s for _, c in both]
     worst = max(range(len(both)), key=rates.__getitem__)

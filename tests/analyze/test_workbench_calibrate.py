@@ -137,6 +137,19 @@ def test_a_load_beyond_the_tests_of_a_calibration_is_doubtful(
         assert result.exit_code == 0, result.output
         said[name] = "doubtful Beyond the tests that the cell was calibrated to:" in result.output
     assert said == {"as fast": False, "twice": True, "old": False}
+    fit_file.write_text(json.dumps(told))
+    for sweep, ends in (
+        (["--scale", "0.4"], []),
+        (["--scale", "1.2,0.4"], ["9.6 A a cell"]),
+        (["--c-rate", "1,9"], ["A a cell"]),
+        (["--scale", "0.4", "--ambient-c", "-10"], ["a start at -10"]),
+    ):
+        load = [] if "--c-rate" in sweep else [str(tmp_path / "load.csv")]
+        result = CliRunner().invoke(main, ["replay", *load, *sweep, *pack])
+        doubts = [line for line in result.output.splitlines() if "Beyond the tests" in line]
+        assert len(doubts) == len(ends), sweep
+        for doubt, end in zip(doubts, ends, strict=True):
+            assert end in doubt, sweep
     fit_file.write_text(json.dumps(json.loads(fit_file.read_text()) | {"asked": {"most_A": [1.0]}}))
     result = CliRunner().invoke(main, ["replay", str(tmp_path / "load.csv"), *pack])
     assert (result.exit_code, "new.fit.json: not the fit of a calibration" in result.output) == (

@@ -195,6 +195,7 @@ def test_a_flight_that_cannot_be_simulated_to_its_end_has_no_cost_as_it_was_flow
     assert half.by_name().keys() == {s.name for s in half.spans} - begun
     (notice,) = (n for n in shown(example.report(damage=ended)).notices if reason in n.text)
     assert notice.text.startswith("What this flight cost as it was flown is not known to its end")
+    assert not any("took most lithium" in text for text in shown(example.report(damage=ended)).lead)
     row = _fleet_row(FleetFlight(folder="a", log="a.ulg", result=result))
     assert row["lithium_lost_mah"] is None
 

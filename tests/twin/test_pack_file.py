@@ -122,6 +122,11 @@ def test_every_effect_can_be_switched_on_by_its_name() -> None:
     assert effects_of(file) == tuple(kind() for kind in EFFECTS.values())
 
 
+def test_what_the_search_calls_otherwise_is_told() -> None:
+    with pytest.raises(PackFileError, match=r"'plating_stripping' \(what `twin explain` finds as"):
+        parse_pack_file(PACK + listing("plating_stripping"), name="pack.toml")
+
+
 def test_no_effects_is_a_choice_too() -> None:
     assert effects_of(parse_pack_file(PACK + listing(), name="pack.toml")) == ()
 

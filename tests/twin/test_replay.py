@@ -100,6 +100,14 @@ def test_a_column_without_an_entry_is_no_cell_and_no_voltage(blank: str) -> None
     assert table.remarks == ()
 
 
+@pytest.mark.parametrize("title", ["Temperature", "temperature_F"])
+def test_a_temperature_in_no_unit_that_is_known_is_told(title: str) -> None:
+    """A pack at 5 degC would be one at 25, not measured, and look like a cold one."""
+    table = read(f"time_s,current_A,voltage_V,{title}\n0,1,16,41\n1,2,16,41\n")
+    assert table.temperature_K is None
+    assert table.remarks[-1].startswith(f"{title!r} is a temperature in no unit that is known")
+
+
 def test_units_change_nothing() -> None:
     plain = read("time_s,current_A,voltage_V\n0,0.5,16.2\n1.5,20,15.4\n")
     scaled = read("Time / ms,Current / mA,Voltage / mV\n0,500,16200\n1500,20000,15400\n")

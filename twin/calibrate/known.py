@@ -23,8 +23,9 @@ def known(
 ) -> Answer:  # fmt: skip
     """At the least squares `q` (k,); `parts` names how many residuals come from what, in order.
 
-    What follows them are those of the prior. `least` is the smallest mean square of residuals that
-    is believed of a part, over what was expected: few of them may be small by chance.
+    What follows them are those of the prior; what is hardly told is given its mean. `least` is the
+    smallest mean square of residuals that is believed of a part, over what was expected: few of
+    them may be small by chance.
     """
     residuals, slopes = squares.linearised(q)
     data = sum(parts.values())
@@ -42,9 +43,10 @@ def known(
     bread = np.linalg.inv(slopes.T @ slopes)
     covariance = bread @ meat @ bread
     names, std = tuple(p.name for p in parameters), np.sqrt(np.diag(covariance))
+    untold = std > SOME_OF_PRIOR
     stiff, sloppy = combinations(information, names)
     return Answer(
-        estimates=estimated(parameters, q, std, np.ones(q.size), std > SOME_OF_PRIOR),
+        estimates=estimated(parameters, np.where(untold, 0.0, q), std, np.ones(q.size), untold),
         derived=(),
         names=names,
         covariance=covariance,

@@ -95,7 +95,11 @@ def read_test(stream: TextIO, *, name: str) -> MeasuredTable:
         places["voltage_V"] = of_cells[0]  # until the sum is known
     if lacking := [q for q, place in places.items() if place is None and q not in OPTIONAL]:
         raise CalibrationError(f"{name}: {not_there(lacking, header)}")
-    _check_titles(header, places, name)
+    if title := untaken_temperature(header, places):
+        raise CalibrationError(
+            f"{name}: {title!r} is a temperature in no unit that is known: expected one such as "
+            "'Temperature / degC' or 'Temperature / K'; without it leave the column out"
+        )
     summed = bool(of_cells) and places["voltage_V"] == of_cells[0]
     taken = {q: place for q, place in places.items() if place is not None}
     taken |= {f"voltage of cell {k}": place for k, place in enumerate(of_cells, start=1)}
@@ -264,14 +268,12 @@ def possible_K(kelvin: FloatArray | None) -> tuple[FloatArray | None, int]:
     return np.where(strange, np.nan, kelvin), int(strange.sum())
 
 
-def _check_titles(header: Sequence[str], places: Mapping[str, Place | None], name: str) -> None:
-    """A temperature in a unit that is not known would be taken for none at all."""
-    warm = [title for title in header if re.search(TEMPERATURE, title.strip().casefold())]
-    if warm and not any(places[quantity] for quantity in OPTIONAL):
-        raise CalibrationError(
-            f"{name}: {warm[0]!r} is a temperature in no unit that is known: expected one such as "
-            "'Temperature / degC' or 'Temperature / K'; without it leave the column out"
-        )
+def untaken_temperature(header: Sequence[str], places: Mapping[str, Place | None]) -> str:
+    """A title that names a temperature where none was taken, its unit not being known; or ""."""
+    if any(places.get(quantity) for quantity in OPTIONAL):
+        return ""
+    titles = (title.strip() for title in header)
+    return next((title for title in titles if re.search(TEMPERATURE, title.casefold())), "")
 
 
 def _check_temperatures(
