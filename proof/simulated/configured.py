@@ -1,7 +1,7 @@
 """The twin as configured: all that an engine is told of the pack."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import numpy.typing as npt
@@ -62,6 +62,11 @@ class Configured:
             initial_K=self.start_K,
             effects=() if heat is None else (SelfHeating(heat_transfer_W_m2_K=heat),),
         )
+
+    def begun(self, share: float) -> "Configured":
+        """When that share of its nominal charge was drawn; a state of charge is one of a window."""
+        spent = share * self.full_C / self.pack().window_C
+        return replace(self, start_soc=self.start_soc - spent)
 
     def voltage_V(self, time_s: FloatArray, current_A: FloatArray) -> FloatArray:
         """(n,) what the twin makes of a current; NaN beyond where it cannot go on."""

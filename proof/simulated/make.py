@@ -1,7 +1,6 @@
 """A drawn trial made: sizes found, flights flown, recordings with noise."""
 
 from collections.abc import Iterator, Sequence
-from dataclasses import replace
 from math import hypot
 from pathlib import Path
 
@@ -64,9 +63,8 @@ def _made(drawn: Drawn, flights: Sequence[TrueFlight], solves: Solves) -> tuple[
     ]
     names = [*(f"flight-{k + 1}" for k in range(len(flown) - 1)), "held-out"]
     asked = [_asked(name, r) for name, (r, _) in zip(names, pieces, strict=True)]
-    begun = replace(told, start_soc=told.start_soc - drawn.before)
     question = Question(
-        pack=begun.pack(), ambient_K=told.ambient_K, fitted=tuple(asked[:-1]),
+        pack=told.begun(drawn.before).pack(), ambient_K=told.ambient_K, fitted=tuple(asked[:-1]),
         held_out=tuple(asked[-1:]), builtin=told.cell,
     )  # fmt: skip
     truth = Truth(
@@ -75,7 +73,7 @@ def _made(drawn: Drawn, flights: Sequence[TrueFlight], solves: Solves) -> tuple[
         or "nothing but noise",
         verdicts=VERDICTS[drawn.kind],
         effects=tuple((e,) for e in drawn.effects if drawn.kind != "foreign"),
-        strength=_missed_V(told, flown[:-1]) / floor_V,
+        strength=_missed_V(told, flown[:-1], drawn.before) / floor_V,
         floor_V=floor_V,
         numbers=tuple(_numbers(told, ways)),
         channels=tuple(_channels(drawn, names, [c for _, c in pieces], asked)),
@@ -93,9 +91,9 @@ def _asked(name: str, r: Recording) -> Asked:
     return Asked(name=name, time_s=r.time_s, current_A=r.current_A, voltage_V=r.voltage_V)
 
 
-def _missed_V(told: Configured, flown: Sequence[Flown]) -> float:
-    """Rms over several flights."""
-    return float(np.sqrt(np.mean([missed_V(told, f) ** 2 for f in flown])))
+def _missed_V(told: Configured, flown: Sequence[Flown], before: float) -> float:
+    """Rms over several flights, as they were recorded."""
+    return float(np.sqrt(np.mean([missed_V(told, f, before) ** 2 for f in flown])))
 
 
 def _numbers(told: Configured, ways: Sequence[tuple[str, float, int]]) -> Iterator[Number]:

@@ -18,12 +18,20 @@ TRIALS = 8
 LONGEST = log(8.0)  # step
 
 
-def missed_V(told: Configured, flown: Flown) -> float:
-    """Rms of recorded minus the twin's voltage under the recorded current, without noise."""
+def missed_V(told: Configured, flown: Flown, before: float = 0.0) -> float:
+    """Rms of recorded minus the twin's voltage under the recorded current, without noise.
+
+    From when the share `before` of the charge was drawn: until then what flowed is known.
+    """
     seen = flown.recorded
-    return float(
-        np.sqrt(np.mean((seen.voltage_V - told.voltage_V(seen.time_s, seen.current_A)) ** 2))
-    )
+    begin = int(np.searchsorted(seen.drawn, before))
+    current_A = seen.current_A.copy()
+    current_A[:begin] = flown.flight.current_A[:begin]
+    if begin > 1:
+        drawn_C = float(np.trapezoid(current_A[:begin], seen.time_s[:begin]))
+        current_A[:begin] *= seen.drawn[begin - 1] * told.full_C / drawn_C
+    left_V = seen.voltage_V - told.voltage_V(seen.time_s, current_A)
+    return float(np.sqrt(np.mean(left_V[begin:] ** 2)))
 
 
 def answer_V(told: Configured, flight: TrueFlight, by: Instruments) -> float:

@@ -1,6 +1,7 @@
 """Trials drawn from a seed."""
 
 from collections import Counter
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -10,6 +11,8 @@ from proof.simulated.effects import ALL, FOREIGN, LIBRARY
 from proof.simulated.faults import Traces
 from proof.simulated.flights import TrueFlight, true_flight
 from proof.simulated.instruments import USUAL, Instruments
+from twin.load import Load
+from twin.simulate import simulate
 
 
 def test_the_same_seed_draws_the_same_trials_and_another_others() -> None:
@@ -115,6 +118,43 @@ def test_a_log_that_begins_in_flight_is_the_end_of_the_whole_one() -> None:
     assert late.voltage_V == pytest.approx(seen.voltage_V[first::5])
     assert late.current_A == pytest.approx(seen.current_A[first::5])
     assert hidden.temperature_K == pytest.approx(flown.temperature_K[first::5])
+
+
+@pytest.mark.parametrize("cell", ["lipo_2200", "lg_m50"])
+def test_a_log_that_begins_in_flight_is_told_how_full_the_pack_is_then(cell: str) -> None:
+    """A state of charge is one of a window, which is 2 to 3 % wider than what is rated."""
+    told = replace(draw(1, 1)[0].told, cell=cell, start_soc=0.9, heat_transfer_W_m2_K=None)
+    flight = true_flight("hover", 1, full_C=told.full_C, drawn=(0.2, 0.2))
+    load = Load(time_s=flight.time_s, current_A=flight.current_A, ambient_K=told.ambient_K)
+    soc = simulate(told.pack(), load).require().soc
+    share = load.drawn_C() / told.full_C
+    then = int(np.searchsorted(share, 0.1))
+    assert told.begun(float(share[then])).start_soc == pytest.approx(soc[then], abs=1e-4)
+
+
+def test_an_effect_is_as_strong_as_in_what_was_recorded_of_it() -> None:
+    """A gain has made no charge of its own before a log begins that says how full the pack is."""
+    pytest.importorskip("pybamm", reason="PyBaMM makes the truths")
+    from proof.simulated.flown import Flown
+    from proof.simulated.strength import missed_V
+
+    told = replace(draw(1, 1)[0].told, start_soc=0.9, heat_transfer_W_m2_K=None)
+    flight = true_flight("hover", 1, full_C=told.full_C, drawn=(0.5, 0.5))
+    t, true_A = flight.time_s, flight.current_A
+    drawn = Load(time_s=t, current_A=true_A).drawn_C() / told.full_C
+    seen = Traces(
+        time_s=t, current_A=true_A, voltage_V=told.voltage_V(t, true_A), drawn=drawn, seed=1
+    )
+    plain = Flown(
+        recorded=seen, cells_V=seen.voltage_V[None], temperature_K=0 * t + 300, flight=flight
+    )
+    gain = replace(plain, recorded=replace(seen, current_A=1.1 * true_A))
+    assert [missed_V(told, plain, share) for share in (0.0, 0.3)] == pytest.approx([0.0, 0.0])
+    late = int(np.searchsorted(drawn, 0.3))
+    own_A = np.where(np.arange(t.size) < late, true_A, 1.1 * true_A)
+    left_V = (seen.voltage_V - told.voltage_V(t, own_A))[late:]
+    assert missed_V(told, gain, 0.3) == pytest.approx(float(np.sqrt(np.mean(left_V**2))))
+    assert missed_V(told, gain, 0.3) < 0.9 * missed_V(told, gain)
 
 
 def test_a_flight_in_calm_air_has_no_gusts() -> None:
