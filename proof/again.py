@@ -13,7 +13,7 @@ from proof.judged import judged_trial
 from proof.ledger import Entry
 from proof.out import IN_JSON, proof_json
 from proof.outcome import Baseline, Judged, NotMade, Opened, Proof
-from proof.places import COMPARED, TRIALS, TRUTH, WRITTEN
+from proof.places import BEGUN, COMPARED, JUDGED, TRIALS, TRUTH, WRITTEN
 from proof.seal import truth_of
 
 SAME = 1e-9  # relative: numbers go to mV and back, which rounds
@@ -23,7 +23,7 @@ UNITS = {ending: (unit, factor) for unit, (ending, factor) in IN_JSON.items() if
 def proof_again(out: Path, shown: Mapping[str, Any], entries: Sequence[Entry]) -> dict[str, Any]:
     """What `shown` would be by the trials' files and the ledger.
 
-    Where neither has it (seed and command, whose truth it is, time) it is as shown.
+    Where neither has it (the time it took in all) it is as shown.
 
     Raises:
         LookupError, TypeError, ValueError, AttributeError, OSError: it is no proof, or a file is
@@ -32,13 +32,17 @@ def proof_again(out: Path, shown: Mapping[str, Any], entries: Sequence[Entry]) -
     events: dict[str, dict[str, Entry]] = {}
     for entry in entries:
         events.setdefault(entry.trial, {})[entry.event] = entry
-    trials = tuple(_trial(out / TRIALS, t, events[t["name"]]) for t in shown["trials"])
+    begun = json.loads((out / BEGUN).read_text(encoding="utf-8"))
+    trials = tuple(
+        _trial(out / TRIALS, t, events[t["name"]], begun["sources"][t["name"]])
+        for t in shown["trials"]
+    )
     proof = Proof(
-        seed=shown["seed"],
-        command=shown["command"],
+        seed=begun["seed"],
+        command=begun["command"],
         trials=trials,
         not_made=tuple(NotMade(**n) for n in shown["not_made"]),
-        versions=shown["versions"],
+        versions=begun["versions"],
         head=entries[-1].hash,
         seconds=shown["seconds"],
     )
@@ -68,16 +72,19 @@ def _same(one: object, other: object) -> bool:
     return one == other
 
 
-def _trial(folder: Path, shown: Mapping[str, Any], entries: Mapping[str, Entry]) -> Judged:
+def _trial(
+    folder: Path, shown: Mapping[str, Any], entries: Mapping[str, Entry], source: str
+) -> Judged:
     own = folder / str(shown["name"])
+    judged = json.loads((own / WRITTEN / JUDGED).read_text(encoding="utf-8"))
     compared = json.loads((own / COMPARED).read_text(encoding="utf-8"))
     return judged_trial(
         truth_of((own / TRUTH).read_text(encoding="utf-8")),
         json.loads((own / WRITTEN / VERDICT).read_text(encoding="utf-8")),
         entries,
         name=shown["name"],
-        source=shown["source"],
-        seconds=shown["seconds"],
+        source=source,
+        seconds=judged["seconds"],
         baselines=tuple(map(_baseline, compared["baselines"])),
         channels=tuple(map(_channel, compared["channels"])),
         capacity_C=None if compared["capacity_ah"] is None else 3600 * compared["capacity_ah"],

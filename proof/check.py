@@ -8,6 +8,7 @@ from typing import Any
 
 from proof.again import differences, proof_again
 from proof.ledger import (
+    BEGUN,
     EVENTS,
     FIRST,
     LEFT,
@@ -21,7 +22,8 @@ from proof.ledger import (
 )
 from proof.out import VERSION
 from proof.outcome import NotMade
-from proof.places import LEDGER, PAGE, PROOF, QUESTION, SEALED, TRIALS, TRUTH, WRITTEN
+from proof.places import BEGUN as BEGUN_FILE
+from proof.places import JUDGED, LEDGER, PAGE, PROOF, QUESTION, SEALED, TRIALS, TRUTH, WRITTEN
 from proof.seal import truth_text, unseal
 
 
@@ -41,18 +43,21 @@ class Checked:
 def check(out: Path) -> Checked:
     """All that is shown, beside the ledger, and beside the files that it was made from.
 
+    But for the page: its hash is in the last entry, and what it shows is in `proof.json`.
+
     Raises:
         LedgerError: the ledger itself is broken, or a trial was opened before it was judged.
         OSError: there is none.
     """
     entries = _ledger(out / LEDGER)
     made = [e for e in entries if e.event != SHOWN]
-    trials = [e for e in made if e.event != LEFT]
+    trials = [e for e in made if e.event not in (BEGUN, LEFT)]
     opened = sum(e.event == "opened" for e in trials)
     broken = [text for e in entries if e.event != LEFT for text in _of_entry(out, e)]
     broken += _of_keys(out / TRIALS, trials)
     broken += _unknown(out / TRIALS, trials)
     broken += _not_opened(trials)
+    broken += _of_code(out, trials)
     broken += _of_proof(out, made)
     if not entries or entries[-1].event != SHOWN:
         broken.append(f"{LEDGER}: its last entry, of {PROOF} and {PAGE}, is missing")
@@ -70,7 +75,7 @@ def _ledger(path: Path) -> tuple[Entry, ...]:
 
 def _path(entry: Entry, name: str) -> Path:
     """Of a file of an entry, beside the ledger."""
-    if entry.event == SHOWN:
+    if entry.event in (BEGUN, SHOWN):
         return Path(name)
     folder = Path(TRIALS, entry.trial)
     return folder / WRITTEN / name if entry.event == "judged" else folder / name
@@ -138,6 +143,17 @@ def _not_opened(entries: Sequence[Entry]) -> Iterator[str]:
         if event != EVENTS[-1]:
             lacks = "compared" if event == "opened" else "opened"
             yield f"{trial}: {event}, but its truth was never {lacks}"
+
+
+def _of_code(out: Path, entries: Sequence[Entry]) -> Iterator[str]:
+    """Every verdict is by the code that the run began with."""
+    try:
+        began = json.loads((out / BEGUN_FILE).read_bytes())["code"]
+        for entry in (e for e in entries if e.event == "judged"):
+            if json.loads((out / _path(entry, JUDGED)).read_bytes())["code"] != began:
+                yield f"{entry.trial}: judged by other code than the run began with"
+    except (LookupError, TypeError, ValueError, OSError) as e:
+        yield f"{BEGUN_FILE}: by which code was judged cannot be told: {type(e).__name__}: {e}"
 
 
 def _of_proof(out: Path, entries: Sequence[Entry]) -> Iterator[str]:

@@ -73,16 +73,18 @@ def _proven(request: Request) -> int:
         raise WrongUse("nothing to prove: give --trials or --recordings")
     click.echo(f"seed     {seed}: {len(trials)} trials")
     jobs = request.jobs or cpu_count() or 1
+    command, versions = _again(request, seed), dict(_versions())
+    asked_for = {"seed": seed, "command": command, "versions": versions}
     with asked_to_stop("trial") as asked, watching(3 * len(trials), "trials") as tell:
         watch = Watch(tell=_Counted(tell, len(trials)), stop=asked)
-        done, left, ledger = prove(trials, request.out, jobs=jobs, watch=watch)
+        done, left, ledger = prove(trials, request.out, jobs=jobs, watch=watch, asked=asked_for)
         stopped = asked()
     proof = Proof(
         seed=seed,
-        command=_again(request, seed),
+        command=command,
         trials=done,
         not_made=left,
-        versions=dict(_versions()),
+        versions=versions,
         head=ledger.head,
         seconds=time.perf_counter() - start,
     )

@@ -4,8 +4,8 @@ A line of JSON an entry. Whoever changes an entry, or puts one in between, chang
 it. It tells the order, and that nothing was exchanged later; that the times are true it cannot
 tell: for that, run the trials yourself, with a seed of your own.
 
-The last entries are of trials that were not made, with a hash of why, and of what was shown of all;
-it has the hashes of those files.
+The first entry is of what was asked for, and by which code. The last are of trials that were not
+made, with a hash of why, and of what was shown of all; it has the hashes of those files.
 """
 
 import hashlib
@@ -20,7 +20,7 @@ from proof.outcome import NotMade, Stamp
 
 FIRST = "0" * 64
 EVENTS = ("sealed", "judged", "opened", "compared")
-LEFT, SHOWN = "left out", "shown"
+BEGUN, LEFT, SHOWN = "begun", "left out", "shown"
 
 
 class LedgerError(ValueError):
@@ -34,8 +34,8 @@ class Entry:
     Attributes:
         number: from 0.
         utc: ISO 8601.
-        event: one of EVENTS, or LEFT or SHOWN.
-        trial: name of it; "" of LEFT and SHOWN.
+        event: one of EVENTS, or BEGUN, LEFT or SHOWN.
+        trial: name of it; "" of these three.
         sha256: of the files that it is about, by name.
         key: of what was sealed, when it is opened; else "".
         before: hash of the entry before.
@@ -94,9 +94,9 @@ def read_ledger(text: str) -> tuple[Entry, ...]:
             raise LedgerError(f"entry {number}: it does not follow from the one before it")
         before = entry.hash
     of_trials = list(entries)
-    for last in (SHOWN, LEFT):
-        if of_trials and of_trials[-1].event == last:
-            of_trials.pop()
+    for place, event in ((-1, SHOWN), (-1, LEFT), (0, BEGUN)):
+        if of_trials and of_trials[place].event == event:
+            of_trials.pop(place)
     for trial in dict.fromkeys(e.trial for e in of_trials):
         _check_order(trial, [e.event for e in of_trials if e.trial == trial])
     return entries

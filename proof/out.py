@@ -9,7 +9,7 @@ from proof.targets import Target, capacity_error, over_floor, over_noise, target
 from proof.truth import Truth
 from twin.finite import finite
 
-VERSION = 2
+VERSION = 3
 IN_JSON: Mapping[str, tuple[str, float]] = {
     "V": ("mv", 1e3),
     "K": ("k", 1.0),
@@ -121,6 +121,7 @@ def _truth(t: Truth) -> dict[str, Any]:
         "also": list(t.also),
         "strength": t.strength,
         "floor_mv": 1e3 * t.floor_V,
+        "sample_noise_mv": 1e3 * t.noise_V,
         "numbers": [
             {"effect": n.effect, "name": n.name, "value": n.value, "unit": n.unit}
             for n in t.numbers

@@ -19,15 +19,29 @@ from pathlib import Path
 from typing import Any, TypeVar
 
 from analyze.interrupt import ignored
+from analyze.version import OF_A_REPORT, code_now
 from proof.baselines import baselines
 from proof.capacity import predicted_capacity_C
 from proof.compare import adopted, opened
 from proof.judge import Verdict, judge
 from proof.judged import judged_trial
+from proof.ledger import BEGUN as BEGUN_EVENT
 from proof.ledger import LEFT, Entry, Ledger, left_out, sha256_of, sha256_of_folder
 from proof.out import compared_json
 from proof.outcome import Judged, NotMade
-from proof.places import COMPARED, LEDGER, PAGE, PROOF, QUESTION, SEALED, TRIALS, TRUTH, WRITTEN
+from proof.places import (
+    BEGUN,
+    COMPARED,
+    JUDGED,
+    LEDGER,
+    PAGE,
+    PROOF,
+    QUESTION,
+    SEALED,
+    TRIALS,
+    TRUTH,
+    WRITTEN,
+)
 from proof.question import Question
 from proof.seal import seal, truth_text, unseal
 from proof.trial import NoTrial, Trial
@@ -62,7 +76,12 @@ class Sealed:
 
 
 def prove(
-    trials: Sequence[Trial], out: Path, *, jobs: int, watch: Watch
+    trials: Sequence[Trial],
+    out: Path,
+    *,
+    jobs: int,
+    watch: Watch,
+    asked: Mapping[str, Any] | None = None,
 ) -> tuple[tuple[Judged, ...], tuple[NotMade, ...], Ledger]:
     """Judged and not made, in the order of `trials`, and the ledger.
 
@@ -71,8 +90,10 @@ def prove(
         out: a folder that can be written.
         jobs: so many at once.
         watch: who looks on.
+        asked: seed, command and versions, for the first entry.
     """
     run = _Run(out, jobs, watch)
+    run.begin({**(asked or {}), "sources": {t.name: t.source for t in trials}})
     sealed = run.seal(trials)
     verdicts = run.judge(sealed)
     done = run.open(sealed, verdicts)
@@ -90,13 +111,19 @@ class _Run:
     """Three phases, and why trials did not come through one: `reasons`."""
 
     def __init__(self, out: Path, jobs: int, watch: Watch) -> None:
-        for file in (PROOF, PAGE):  # of an earlier call, as are the trials below
+        for file in (BEGUN, PROOF, PAGE):  # of an earlier call, as are the trials below
             (out / file).unlink(missing_ok=True)
         self.ledger, self.reasons = Ledger(out / LEDGER), dict[str, str]()
         self._folder, self._jobs, self._watch = out / TRIALS, jobs, watch
         for old in self._folder.glob("trial-*"):
             if old.is_dir() and not old.is_symlink():
                 shutil.rmtree(old)
+
+    def begin(self, asked: Mapping[str, Any]) -> None:
+        """What is to be done, by which code."""
+        text = json.dumps({**asked, "code": code()}, indent=1) + "\n"
+        write_whole(self._folder.parent / BEGUN, text)
+        self.ledger.append(BEGUN_EVENT, "", {BEGUN: sha256_of(text.encode())})
 
     def seal(self, trials: Sequence[Trial]) -> dict[str, Sealed]:
         """Every truth that can be made."""
@@ -121,6 +148,8 @@ class _Run:
         def judged(name: str) -> tuple[Verdict, Entry]:
             own = self._folder / name
             verdict = judge(sealed[name].question, own / QUESTION, own / WRITTEN)
+            told = {"seconds": verdict.seconds, "code": code()}
+            write_whole(own / WRITTEN / JUDGED, json.dumps(told, indent=1) + "\n")
             written = {p.name: sha256_of(p.read_bytes()) for p in (own / WRITTEN).iterdir()}
             return verdict, self.ledger.append("judged", name, written)
 
@@ -186,6 +215,11 @@ class _Run:
             self.reasons[name] = f"not {phase}: {e}"
         except Exception as e:  # one that fails is counted and shown
             self.reasons[name] = f"not {phase}: {type(e).__name__}: {e}"
+
+
+def code() -> str:
+    """Hash of what seals, judges and compares, as it is now: a run may take an hour."""
+    return code_now(*OF_A_REPORT, "proof")
 
 
 def _sealed(trial: Trial, folder: Path) -> tuple[Question, str, dict[str, str]]:

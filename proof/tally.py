@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from math import sqrt
 
 from proof.outcome import Judged, Outcome
-from proof.truth import CONTROLS, KINDS, RECORDED, SIMULATED
+from proof.truth import CONTROLS, FOREIGN, KINDS, RECORDED, SIMULATED
 
 STRONG = 3.0  # times the noise, from which on an effect has to be named
 NORMAL_95 = 1.959963984540054  # standard deviations either way that hold 95 % of a normal law
@@ -91,8 +91,8 @@ def weak(trial: Judged) -> bool:
 
 
 def real_effect(trial: Judged) -> bool:
-    """Recorded, and there is something to be found."""
-    return recorded(trial) and not control(trial)
+    """Recorded, and there is something to be found that has a name."""
+    return recorded(trial) and not control(trial) and trial.truth.kind not in FOREIGN
 
 
 def above(trial: Judged) -> bool:
@@ -117,8 +117,9 @@ CLASSES: tuple[tuple[str, str, Callable[[Judged], bool]], ...] = (
     *(
         (kind, f"of these: {kind}", of_kind(kind))
         for kind in RECORDED
-        if kind not in CONTROLS
+        if kind not in CONTROLS and kind not in FOREIGN
     ),
+    ("real foreign", "recorded, an effect the library lacks", of_kind("real foreign")),
     ("real control", "recorded, nothing in it", of_kind("real control")),
 )  # fmt: skip
 """Id, words and members, in the order they are shown in; a class may hold another one."""

@@ -82,7 +82,8 @@ def targets(trials: Sequence[Judged]) -> tuple[Target, ...]:
         _false_alarms(trials),
         _real(trials),
         _worst(
-            "capacity", "concealed capacity, relative error", CAPACITY, "1", _capacities(trials),
+            "capacity", "charge of the check-up held out, relative error", CAPACITY, "1",
+            _capacities(trials),
         ),
         *(
             _worst(
@@ -147,7 +148,7 @@ def over_noise(trial: Judged) -> float | None:
 
 def over_floor(trial: Judged) -> float | None:
     """The same over the sealed floor: the true noise and, of a real cell, the twin's own error."""
-    return _over(trial.held_out_after_V, trial.truth.floor_V)
+    return _over(trial.held_out_after_V, trial.truth.ahead_V)
 
 
 def _over(error_V: float, least_V: float) -> float | None:
@@ -163,7 +164,10 @@ def _share(name: str, what: str, limit: float, trials: Iterable[Judged]) -> Targ
 
 
 def _false_alarms(trials: Iterable[Judged]) -> Target:
-    """A control of which anything else than nothing is said, or on which the tool fails."""
+    """A control of which more is said than is right, or on which the tool fails.
+
+    Of a simulated one that is anything but nothing; of a recorded one any name, see NO_NAME.
+    """
     false = [t.outcome is not Outcome.RIGHT for t in trials if control(t)]
     return Target(
         id="false alarms", what="false alarms of controls, simulated and recorded", limit=0.0,

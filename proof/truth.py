@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from math import hypot
 
 import numpy as np
 import numpy.typing as npt
@@ -50,9 +51,11 @@ class Truth:
         strength: rms by which the effect changes the voltage of the fitted recordings, over
             `floor_V`. Where no twin has the effect (age, transport): rms by which they are missed.
         floor_V: noise; of a real cell the error of its calibrated twin.
+        noise_V: of a sample, beside a `floor_V` that is free of it.
         numbers: true values.
         channels: revealed afterwards.
-        capacity_C: of the pack, measured after the recordings; None if it is not what is concealed.
+        capacity_C: that a check-up which is held out draws to empty. No number is fitted to that
+            check-up, but it decides between effects. None where none is predicted.
         details: anything else, for the reader.
     """
 
@@ -67,9 +70,20 @@ class Truth:
     channels: tuple[Channel, ...] = ()
     capacity_C: float | None = None
     details: Mapping[str, str | float] | None = None
+    noise_V: float = 0.0
+
+    @property
+    def ahead_V(self) -> float:
+        """What the best that can be said leaves of samples held out: floor and noise."""
+        return hypot(self.floor_V, self.noise_V)
 
 
 SIMULATED = ("control", "single", "pair", "foreign")
-RECORDED = ("real control", "temperature", "ageing", "weak cell", "fault", "transport")
+RECORDED = (
+    "real control", "real foreign", "temperature", "ageing", "weak cell", "fault", "transport",
+)  # fmt: skip
 KINDS = SIMULATED + RECORDED
 CONTROLS = ("control", "real control")  # there is nothing to be found
+FOREIGN = ("foreign", "real foreign")  # and in these nothing that has a name
+NO_NAME = ("none", "unknown")
+"""Right of a recorded control: no twin is quite its cell, and that it is missed may be said."""

@@ -95,9 +95,9 @@ def methods(own: Sequence[Judged]) -> tuple[Method, ...]:
 def _points(errors: Iterable[tuple[Judged, float]]) -> tuple[tuple[float, Judged], ...]:
     """Errors over the floor that can be drawn on a logarithmic scale."""
     return tuple(
-        (error_V / t.truth.floor_V, t)
+        (error_V / t.truth.ahead_V, t)
         for t, error_V in errors
-        if t.truth.floor_V > 0 and isfinite(error_V) and error_V > 0
+        if t.truth.ahead_V > 0 and isfinite(error_V) and error_V > 0
     )
 
 
@@ -146,7 +146,7 @@ def _won_table(better: tuple[Win, ...]) -> tuple[Table, ...]:
             Cell(text=str(b.numbers)),
             Cell(text=fixed(100 * (1 - b.held_out_V / t.held_out_after_V), 1)),
             Cell(text=mV(b.held_out_V)),
-            Cell(text=mV(t.held_out_after_V)), Cell(text=mV(t.truth.floor_V)),
+            Cell(text=mV(t.held_out_after_V)), Cell(text=mV(t.truth.ahead_V)),
             Cell(text="yes" if holds_truth(t, b) else "no"),
             Cell(text=t.outcome.value, doubt=t.outcome is not Outcome.RIGHT),
         )
@@ -187,5 +187,5 @@ def _row(t: Judged, ids: Sequence[str]) -> tuple[Cell, ...]:
         Cell(text=t.outcome.value, doubt=t.outcome is not Outcome.RIGHT),
         Cell(text=mV(t.held_out_after_V)),
         *cells,
-        Cell(text=mV(t.truth.floor_V)),
+        Cell(text=mV(t.truth.ahead_V)),
     )

@@ -58,7 +58,7 @@ def told(j: Judged) -> str:
     left = f"{mV(j.held_out_after_V)} of {mV(j.held_out_before_V)} mV"
     over, ratio = "", over_floor(j)
     if ratio is not None:
-        over = f", {significant(ratio, 2)} × the floor of {mV(j.truth.floor_V)} mV"
+        over = f", {significant(ratio, 2)} × the floor of {mV(j.truth.ahead_V)} mV"
     return (
         f"{j.name}: {j.outcome.value}. In the data ({j.truth.kind}, {j.source}, "
         f"{times(j.truth.strength)} floor): {j.truth.said}. Said: {verdict(j)}{likely}. "

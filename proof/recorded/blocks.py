@@ -20,6 +20,7 @@ from twin.load import Load
 from twin.mismatch import HYPOTHESES, Flight
 from twin.mismatch.fit import fit
 from twin.mismatch.split import split
+from twin.mismatch.white import white_V
 from twin.pack import Pack
 
 BoolArray = npt.NDArray[np.bool_]
@@ -114,6 +115,13 @@ class Fitted:
         span = (self.run.time_s[own] // MEAN_S).astype(int)
         means = np.bincount(span, r[own])[np.unique(span)] / np.bincount(span)[np.unique(span)]
         return float(np.sqrt(np.mean(means**2)))
+
+    def noise_V(self, part: Part) -> float:
+        """Of a sample of it, by what is left; 0 where so few tell none."""
+        r, t = self.residual_V(part, self.run.current_A), self.run.time_s
+        own = np.isfinite(r)
+        period_s = float(np.median(np.diff(t[own])))
+        return white_V(r[own], self.run.current_A[own], period_s) or 0.0
 
     def residual_V(self, part: Part, current_A: FloatArray) -> FloatArray:
         """(n,) recorded minus simulated, NaN elsewhere; where that ended as at its end."""

@@ -135,6 +135,7 @@ def _truth(fault: Fault, base: Fitted, wrong_A: FloatArray) -> Truth:
         effects=((fault.effect,),),
         strength=float(np.sqrt(np.nanmean(change_V**2))) / floor_V,
         floor_V=floor_V,
+        noise_V=base.noise_V(Part.HELD_OUT),
         numbers=(Number(effect=fault.effect, name=name, value=value, unit=unit),),
         details={
             "missed with the fault, V rms": with_V,

@@ -17,7 +17,7 @@ from proof.recorded.measured import NotHere, RealTest
 from proof.recorded.replay import whole_V
 from proof.recorded.trials_ageing import LOSSES, WITH_AGE
 from proof.trial import NoTrial, Trial
-from proof.truth import Channel, Truth
+from proof.truth import NO_NAME, Channel, Truth
 from twin.constants import ZERO_CELSIUS_K
 from twin.mismatch.problem import Problem
 from twin.mismatch.split import split
@@ -28,7 +28,7 @@ KINDS = {
     Kind.MISSTATED: "temperature",
     Kind.TRANSPORT: "transport",
     Kind.CONTROL: "real control",
-    Kind.FOREIGN: "real control",
+    Kind.FOREIGN: "real foreign",
 }
 EFFECTS: dict[Kind, tuple[tuple[str, ...], ...]] = {
     Kind.ISOTHERMAL: (("self_heating",),),
@@ -44,7 +44,8 @@ SAID = {
     Kind.CONTROL: "nothing: its publisher measured the twin on this cell, without heat",
     Kind.FOREIGN: "uneven filling and a change of phase, which no homogeneous model has",
 }
-VERDICTS = {Kind.CONTROL: ("none", "unknown", "ambiguous"), Kind.FOREIGN: ("unknown",)}
+VERDICTS = {Kind.CONTROL: NO_NAME, Kind.FOREIGN: ("unknown",)}
+HEAT = (Kind.ISOTHERMAL, Kind.MISSTATED)  # a temperature is concealed
 
 
 def heat_trials(folder: Path, cache: Path) -> tuple[Trial, ...]:
@@ -100,7 +101,7 @@ def shows_V(entry: Entry, question: Question, base: Base, fitted: RealTest) -> f
     By the base twin: as given, and with its own losses from the temperature that was measured at
     the start. Where no temperature is concealed: what the twin as given misses.
     """
-    if entry.kind not in (Kind.ISOTHERMAL, Kind.MISSTATED):
+    if entry.kind not in HEAT:
         return missed_V(question)
     start_K = fitted.start_K(base.pack.initial_K)
     there = replace(base.heated(), initial_soc=question.pack.initial_soc, initial_K=start_K)
@@ -122,7 +123,7 @@ def _truth(entry: Entry, question: Question, tests: Sequence[RealTest], shown_V:
         channels=tuple(
             Channel(recording=name_of(k), time_s=t.time_s, temperature_K=t.temperature_K)
             for k, t in enumerate(tests)
-            if t.temperature_K is not None
+            if t.temperature_K is not None and entry.kind in HEAT
         ),
         details={
             **{f"recording {k + 1}": t.name for k, t in enumerate(tests)},

@@ -45,7 +45,7 @@ from proof.recorded.leaf_module import PARALLEL, SERIES, Cells, module
 from proof.recorded.measured import NotHere, RealTest, recording
 from proof.recorded.trials_ageing import LOSSES, missed
 from proof.trial import NoTrial, Trial
-from proof.truth import Channel, Truth
+from proof.truth import NO_NAME, Channel, Truth
 from twin.at_rest import soc_at_rest
 from twin.builtin import load_cell
 from twin.calibrate.flight import NotFitted, fit_flight
@@ -135,7 +135,7 @@ def _part_of_leaf(weak: tuple[str, ...], folder: Path, cache: Path) -> tuple[Que
         floor_V,
         kind="weak cell" if weak else "real control",
         said="one of three pairs of cells is weak" if weak else "nothing: two pairs that are alike",
-        verdicts=("named",) if weak else ("none", "unknown", "ambiguous"),
+        verdicts=("named",) if weak else NO_NAME,
         effects=(("weak_cell",),) if weak else (),
         also=LOSSES if weak else (),
     )
@@ -211,7 +211,7 @@ def _phantom(folder: Path, cache: Path) -> tuple[Question, Truth]:  # noqa: ARG0
         floor_V,
         kind="real control",
         said="nothing: four cells that differ by 6 mV and less",
-        verdicts=("none", "unknown", "ambiguous"),
+        verdicts=NO_NAME,
         effects=(),
     )
 

@@ -20,7 +20,7 @@ from proof.run import prove
 from proof.shown import show
 from proof.trial import Trial
 from tests.proof import trials
-from tests.proof.test_protocol import says_resistance, watch
+from tests.proof.test_protocol import ASKED, says_resistance, watch
 
 ONE = f"{TRIALS}/trial-001"
 
@@ -39,11 +39,8 @@ def shown(tmp_path_factory: pytest.TempPathFactory) -> Path:
     every.append(Trial(name="trial-003", source="nobody", make=trials.refused))
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(protocol, "judge", says_it_on_a_page_too)
-        done, left, ledger = prove(every, folder, jobs=1, watch=watch())
-    proof = Proof(
-        seed=7, command="twin prove", trials=done, not_made=left, versions={}, head=ledger.head,
-        seconds=1.0,
-    )  # fmt: skip
+        done, left, ledger = prove(every, folder, jobs=1, watch=watch(), asked=ASKED)
+    proof = Proof(**ASKED, trials=done, not_made=left, head=ledger.head, seconds=1.0)
     show(folder, proof, ledger)
     return folder
 
@@ -136,15 +133,53 @@ def not_made(proof: dict[str, object]) -> None:
     proof["not_made"] = []
 
 
+def seed(proof: dict[str, object]) -> None:
+    proof["seed"] = 8
+
+
+def source(proof: dict[str, object]) -> None:
+    proof["trials"][1]["source"] = "another cell"  # type: ignore[index]
+
+
+def seconds(proof: dict[str, object]) -> None:
+    proof["trials"][1]["seconds"] = 1.0  # type: ignore[index]
+
+
 @pytest.mark.parametrize(
     "change",
-    [outcome, effects, error, share, left_out, baseline, channel, capacity, not_made],
+    [
+        outcome,
+        effects,
+        error,
+        share,
+        left_out,
+        baseline,
+        channel,
+        capacity,
+        not_made,
+        seed,
+        source,
+        seconds,
+    ],
 )
 def test_a_proof_that_says_what_its_trials_do_not_is_found_though_its_hash_is_changed_too(
     copy: Path, change: Callable[[dict[str, object]], None]
 ) -> None:
     forged(copy, change)
     assert any(text.startswith(PROOF) for text in check(copy).broken)
+
+
+def test_verdicts_of_two_engines_are_told(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Whoever changes the code while trials are judged has no verdicts of one tool."""
+    code = iter(["a", "a", "b"])  # begun, and two verdicts
+    monkeypatch.setattr(protocol, "code", lambda: next(code))
+    monkeypatch.setattr(protocol, "judge", says_it_on_a_page_too)
+    every = [trials.trial(f"trial-00{k}", 0.0) for k in (1, 2)]
+    done, left, ledger = prove(every, tmp_path, jobs=1, watch=watch(), asked=ASKED)
+    proof = Proof(**ASKED, trials=done, not_made=left, head=ledger.head, seconds=1.0)
+    show(tmp_path, proof, ledger)
+    (said,) = check(tmp_path).broken
+    assert said.endswith(": judged by other code than the run began with")
 
 
 def test_trials_and_files_that_the_ledger_does_not_know_are_found(copy: Path) -> None:
@@ -156,7 +191,7 @@ def test_trials_and_files_that_the_ledger_does_not_know_are_found(copy: Path) ->
     }
 
 
-@pytest.mark.parametrize("left", [0, 2, 4, 5, 6, 8, 9])
+@pytest.mark.parametrize("left", [0, 1, 3, 5, 6, 7, 9, 10])
 def test_a_ledger_that_was_cut_is_found_whatever_else_is_gone(copy: Path, left: int) -> None:
     lines = (copy / LEDGER).read_text().splitlines(keepends=True)
     (copy / LEDGER).write_text("".join(lines[:left]))
@@ -165,7 +200,7 @@ def test_a_ledger_that_was_cut_is_found_whatever_else_is_gone(copy: Path, left: 
         (copy / file).unlink()
     found = check(copy).broken
     assert f"{PROOF} is missing" in found
-    assert ("no trial was opened" in found) == (left < 5)
+    assert ("no trial was opened" in found) == (left < 6)
 
 
 @pytest.mark.parametrize("text", ["{", "{}", "[]", "7", '{"trials": 3}', '{"trials": [{}]}'])

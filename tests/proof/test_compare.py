@@ -10,7 +10,7 @@ import pytest
 from proof.compare import adopted, opened, outcome, sized
 from proof.outcome import Named, Outcome
 from proof.targets import predicted_rms
-from proof.truth import Channel, Number, Truth
+from proof.truth import NO_NAME, Channel, Number, Truth
 from tests.proof import trials
 from tests.proof.trials import asked
 from tests.twin.mismatch.recordings import pack
@@ -34,7 +34,8 @@ SINGLE, PAIR = truth(), truth("pair", effects=(("a",), ("b",)))
 CONTROL = truth("control", verdicts=("none",), effects=())
 FOREIGN = truth("foreign", verdicts=("unknown",), effects=())
 EITHER = truth("ageing", effects=(("a", "b"),), also=("r",))
-REAL = truth("real control", verdicts=("none", "unknown", "ambiguous"), effects=())
+REAL = truth("real control", verdicts=NO_NAME, effects=())
+UNEVEN = truth("real foreign", verdicts=("unknown",), effects=())
 
 
 @pytest.mark.parametrize(
@@ -62,6 +63,10 @@ REAL = truth("real control", verdicts=("none", "unknown", "ambiguous"), effects=
         (EITHER, "named", [("b",), ("x",)], Outcome.WRONG),
         (EITHER, "named", [("r",)], Outcome.PART),
         (REAL, "unknown", [], Outcome.RIGHT),
+        (REAL, "ambiguous", [], Outcome.WRONG),  # names, and not which
+        (UNEVEN, "unknown", [], Outcome.RIGHT),
+        (UNEVEN, "none", [], Outcome.MISSED),
+        (UNEVEN, "named", [("heat",)], Outcome.WRONG),
         (REAL, "named", [("heat",)], Outcome.WRONG),
         (REAL, "named", [("x",)], Outcome.WRONG),
     ],

@@ -100,7 +100,9 @@ def test_targets_say_by_how_much_they_are_missed() -> None:
         "missed by 5.0 points; 4 of at least 12 trials"
     )
     assert rows["concealed temperature, rms, recorded"].text == "missed by 0.60 K"
-    assert rows["concealed capacity, relative error"].text == "missed: 1 without a figure"
+    assert (
+        rows["charge of the check-up held out, relative error"].text == "missed: 1 without a figure"
+    )
     met = rows["concealed voltage of the weakest cell, rms, recorded"]
     assert (met.text, met.doubt) == ("met", False)
     nothing = summary(proof([])).tables[0].rows

@@ -29,6 +29,7 @@ from proof.trial import Trial
 from tests.proof import trials
 
 Results = tuple[tuple[Judged, ...], tuple[NotMade, ...], Ledger]
+ASKED: Mapping[str, Any] = {"seed": 7, "command": "twin prove", "versions": {"twin": "0"}}
 NAMED: Mapping[str, Any] = {
     "verdict": "named",
     "effects": [
@@ -83,7 +84,7 @@ def test_every_verdict_is_written_before_any_truth_is_opened(proven: tuple[Path,
     folder, _ = proven
     entries = read_ledger((folder / LEDGER).read_text())
     both = [event for event in EVENTS for _ in range(2)]
-    assert [e.event for e in entries] == [*both, "left out"]
+    assert [e.event for e in entries] == ["begun", *both, "left out"]
     assert list(entries[-1].sha256) == ["trial-003", "trial-004"]
 
 
@@ -138,12 +139,10 @@ def test_a_judge_that_fails_is_counted_and_shown(
     """Of an effect and of a control: neither is right, and every truth is opened."""
     monkeypatch.setattr("proof.judge.sys", SimpleNamespace(executable="false"))
     every = [trials.trial("trial-001", trials.OHM), trials.trial("trial-002", 0.0)]
-    done, left, ledger = prove(every, tmp_path, jobs=1, watch=watch())
+    done, left, ledger = prove(every, tmp_path, jobs=1, watch=watch(), asked=ASKED)
     assert not left
     assert [(j.verdict, j.outcome) for j in done] == [(FAILED, Outcome.MISSED)] * 2
-    proof = Proof(
-        seed=0, command="", trials=done, not_made=(), versions={}, head=ledger.head, seconds=1.0
-    )
+    proof = Proof(**ASKED, trials=done, not_made=(), head=ledger.head, seconds=1.0)
     show(tmp_path, proof, ledger)
     assert not check(tmp_path).broken
     page = (tmp_path / PAGE).read_text()
@@ -223,7 +222,11 @@ def test_a_stop_while_truths_are_made_begins_no_verdict(
     assert seen == ["sealed"]
     assert not done
     assert [n.reason for n in left] == ["stopped before"] * 3
-    assert [e.event for e in read_ledger((tmp_path / LEDGER).read_text())] == ["sealed", "left out"]
+    assert [e.event for e in read_ledger((tmp_path / LEDGER).read_text())] == [
+        "begun",
+        "sealed",
+        "left out",
+    ]
 
 
 def test_a_pool_that_broke_costs_its_trials_and_is_told(tmp_path: Path) -> None:
@@ -277,13 +280,12 @@ def test_a_comparison_that_fails_takes_no_verdict_away(
     monkeypatch.setattr(protocol, "judge", says_resistance)
     monkeypatch.setattr(protocol, "_compared", broken)
     monkeypatch.setattr(protocol, "_processes", ThreadPoolExecutor)
-    done, left, ledger = prove([trials.trial("trial-001", 0.0)], tmp_path, jobs=1, watch=watch())
+    one = [trials.trial("trial-001", 0.0)]
+    done, left, ledger = prove(one, tmp_path, jobs=1, watch=watch(), asked=ASKED)
     assert not left
     assert [j.outcome for j in done] == [Outcome.WRONG]
     assert done[0].not_compared == "not compared: ZeroDivisionError: a fault of ours"
-    proof = Proof(
-        seed=0, command="", trials=done, not_made=(), versions={}, head=ledger.head, seconds=1.0
-    )
+    proof = Proof(**ASKED, trials=done, not_made=(), head=ledger.head, seconds=1.0)
     show(tmp_path, proof, ledger)
     assert not check(tmp_path).broken
     assert "not compared: ZeroDivisionError" in (tmp_path / PAGE).read_text()

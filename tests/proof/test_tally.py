@@ -45,7 +45,7 @@ def test_of_none_nothing_is_known() -> None:
 
 def test_every_trial_is_in_one_class_that_holds_no_other() -> None:
     trials = proof().trials
-    whole = {"strong", "weak", "control", "real", "real control"}
+    whole = {"strong", "weak", "control", "real", "real foreign", "real control"}
     counted = sum(t.right.of for t in by_class(trials) if t.id in whole)
     assert counted == len(trials)
     parts = [t.right.of for t in by_class(trials) if t.id.startswith("strong ")]

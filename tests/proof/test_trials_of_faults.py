@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from proof.recorded.blocks import Part, Run, fitted, one_resistance
+from proof.recorded.blocks import Fitted, Part, Run, fitted, one_resistance
 from proof.recorded.trials_fault import LABORATORY, LIST, Fault, fault_trials, faulty, number
 from proof.trial import NoTrial
 from twin.builtin import load_cell
@@ -64,6 +64,20 @@ def test_a_recording_has_the_voltage_of_its_own_part_alone() -> None:
     given = flown.recording(Part.FITTED, "first", flown.current_A)
     other = np.isfinite(flown.part(Part.BASE)) | np.isfinite(flown.part(Part.FLOOR))
     assert np.isnan(given.voltage_V[other]).all()
+
+
+def test_what_is_held_out_has_the_noise_of_its_samples_beside_the_error_of_the_twin() -> None:
+    """The floor is of means over 2 s; an exact twin would miss samples by four times as much."""
+    bare = run()
+    load = Load(time_s=bare.time_s, current_A=bare.current_A)
+    noise_V = 0.03 * np.random.default_rng(2).standard_normal(bare.time_s.size)
+    voltage_V = simulate(bare.pack, load).require().voltage_V + noise_V
+    exact = Fitted(run=replace(bare, voltage_V=voltage_V), pack=bare.pack, ambient_K=298.15)
+    ahead_V = exact.error_V(Part.HELD_OUT, bare.current_A)
+    told_V = exact.noise_V(Part.HELD_OUT)
+    assert told_V == pytest.approx(0.03, rel=0.15)
+    assert ahead_V > 2.0 * exact.floor_V()
+    assert 0.8 < ahead_V / np.hypot(exact.floor_V(), told_V) < 1.0
 
 
 def test_the_start_that_was_fitted_is_the_one_that_is_told() -> None:
