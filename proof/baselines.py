@@ -21,9 +21,10 @@ from proof.outcome import Baseline
 from proof.question import PACK, Question
 from twin.mismatch import HYPOTHESES, Flight, Hypothesis
 from twin.mismatch.explain import begun
-from twin.mismatch.fit import Data, fit
+from twin.mismatch.fit import Data, Known, fit
 from twin.mismatch.search import again, flown_before
 from twin.mismatch.split import sharpened, split
+from twin.pack import Pack
 
 BASE = (
     "electrolyte_transport",
@@ -48,9 +49,9 @@ def baselines(question: Question, verdict: Mapping[str, Any]) -> Iterator[Baseli
     named = [e["id"] for e in verdict["effects"]]
     own = [h for h in HYPOTHESES if h.id in named]
     data = _as_judged(data, own, stated=question.floor_V is not None)
-    yield _fitted(data, "refit", _known(BASE), "all numbers of the base twin at once")
+    yield _fitted(data, "refit", _known(BASE), "all numbers of the base twin at once", near(data))
     yield _corrected(data)
-    if chosen := by_chance(named, _seed(question), series=question.pack.series):
+    if chosen := by_chance(named, _seed(question), question.pack):
         what = " + ".join(h.id for h in chosen)
         yield _fitted(data, "random", chosen, what)
 
@@ -82,11 +83,15 @@ def _as_judged(data: Data, named: Sequence[Hypothesis], *, stated: bool) -> Data
     return again(finer, [best]) if finer else data
 
 
-def by_chance(named: Sequence[str], seed: int, *, series: int) -> tuple[Hypothesis, ...]:
-    """For each effect that was named another with as many numbers, or about as many."""
+def by_chance(named: Sequence[str], seed: int, pack: Pack) -> tuple[Hypothesis, ...]:
+    """For each effect that was named another with as many numbers, or about as many.
+
+    None that the pack cannot have, or states within errors: it would be held, and no rival.
+    """
     rng = np.random.default_rng(seed)
     sizes = {h.id: len(h.fitted) for h in HYPOTHESES}
-    left = [h for h in HYPOTHESES if h.id not in named and (series > 1 or h.id != "weak_cell")]
+    held = {*named, *pack.standard_errors, *(() if pack.series > 1 else ("weak_cell",))}
+    left = [h for h in HYPOTHESES if h.id not in held]
     chosen: list[Hypothesis] = []
     for effect in named:
         nearest = min(abs(len(h.fitted) - sizes[effect]) for h in left)
@@ -94,6 +99,15 @@ def by_chance(named: Sequence[str], seed: int, *, series: int) -> tuple[Hypothes
         chosen.append(alike[int(rng.integers(len(alike)))])
         left.remove(chosen[-1])
     return tuple(chosen)
+
+
+def near(data: Data) -> tuple[Known, ...]:
+    """Where a fit of all of BASE may begin: each at its best alone, from all of its own starts.
+
+    From the twin as it is a descent may end at the edge of what a cell can lose.
+    """
+    alone = [fit(data, (h,)) for h in HYPOTHESES if h.id in BASE]
+    return tuple(own.problem.values(own.q) for own in alone)
 
 
 def _known(ids: Sequence[str]) -> tuple[Hypothesis, ...]:
@@ -106,8 +120,10 @@ def _seed(question: Question) -> int:
     return zlib.crc32(question.fitted[0].voltage_V.tobytes())
 
 
-def _fitted(data: Data, name: str, chosen: Sequence[Hypothesis], what: str) -> Baseline:
-    best = fit(data, chosen)
+def _fitted(
+    data: Data, name: str, chosen: Sequence[Hypothesis], what: str, known: Sequence[Known] = ()
+) -> Baseline:
+    best = fit(data, chosen, known)
     return Baseline(
         id=name,
         what=what,

@@ -9,9 +9,9 @@ from proof.baselines import baselines, by_chance, recordings
 from proof.correction import Answered, _cross_validated, corrected
 from proof.question import Question, Recording
 from tests.proof import trials
-from tests.twin.mismatch.recordings import NOISE_V
+from tests.twin.mismatch.recordings import NOISE_V, pack
 from tests.twin.mismatch.test_begun import late
-from twin.effects import SeriesResistance
+from twin.effects import LithiumInventoryLoss, SeriesResistance
 from twin.mismatch import HYPOTHESES
 from twin.simulate import simulate
 
@@ -85,14 +85,41 @@ def test_an_effect_by_chance_is_another_with_about_as_many_numbers(named: list[s
     sizes = {h.id: len(h.fitted) for h in HYPOTHESES}
     seen = set()
     for seed in range(30):
-        chosen = by_chance(named, seed, series=4)
+        chosen = by_chance(named, seed, pack())
         assert not {h.id for h in chosen} & set(named)
         assert len({h.id for h in chosen}) == len(named)
         off = [abs(len(h.fitted) - sizes[e]) for h, e in zip(chosen, named, strict=True)]
         assert off == [e == "weak_cell" for e in named]  # no other has three
         seen |= {h.id for h in chosen}
     assert len(seen) > 2
-    assert "weak_cell" not in {h.id for h in by_chance(named, 0, series=1)}
+    assert "weak_cell" not in {h.id for h in by_chance(named, 0, replace(pack(), series=1))}
+
+
+def test_no_effect_is_drawn_that_the_pack_states_within_errors() -> None:
+    """As those of a cycler's sensors: it would be held, and lose to anything."""
+    stated = replace(pack(), standard_errors={"clock_shift": {"shift_s": 0.02}})
+    for own, there in ((pack(), True), (stated, False)):
+        drawn = {h.id for k in range(60) for h in by_chance(["series_resistance"], k, own)}
+        assert ("clock_shift" in drawn) == there
+
+
+def test_a_refit_is_not_ended_by_where_it_begins() -> None:
+    """Of 12 % less lithium: from the twin as it is all numbers at once leave 23 mV of 8."""
+    less = replace(pack(), effects=(LithiumInventoryLoss(lost=0.12),))
+    question = trials.asked(0.0)
+
+    def made(r: Recording) -> Recording:
+        noise_V = np.random.default_rng(len(r.name)).normal(0.0, NOISE_V, r.time_s.size)
+        return replace(r, voltage_V=simulate(less, question.load(r)).voltage_V + noise_V)
+
+    question = replace(
+        question,
+        fitted=tuple(map(made, question.fitted)),
+        held_out=tuple(map(made, question.held_out)),
+    )
+    verdict = {"verdict": "named", "effects": [{"id": "lithium_inventory_loss"}]}
+    (refit,) = (b for b in baselines(question, verdict) if b.id == "refit")
+    assert refit.held_out_V < 1.25 * NOISE_V
 
 
 def test_of_logs_that_begin_in_flight_all_are_judged_without_what_flowed_before(
