@@ -77,6 +77,11 @@ def _numbers(found: Calibration, tests: int) -> dict[str, float | list[float]]:
     }
 
 
+def to_digits(value: float) -> float:
+    """Six of them: what goes into a key is the same on another machine, which rounds otherwise."""
+    return float(f"{value:.6g}")
+
+
 def _key(pack: Pack, tests: Sequence[ReferenceTest], only: Sequence[str] | None) -> str:
     """Hash of all that goes in."""
     numbers = pack.series, pack.parallel, pack.capacity_C, pack.initial_soc, pack.initial_K

@@ -37,7 +37,7 @@ import numpy.typing as npt
 
 from proof.question import Question, Recording
 from proof.recorded.base import Base
-from proof.recorded.calibrated import calibrated
+from proof.recorded.calibrated import calibrated, to_digits
 from proof.recorded.cooling import cooled
 from proof.recorded.heat_bases import CELLS
 from proof.recorded.instruments import by_cycler, by_thermocouple
@@ -143,7 +143,14 @@ def _part_of_leaf(weak: tuple[str, ...], folder: Path, cache: Path) -> tuple[Que
 
 def in_module(single: Pack, cells: Cells) -> Pack:
     """As warm as the modules were, with the cooling that their thermocouples show."""
-    return cooled(single, [_pair(cells, FITTED)])
+    pack = cooled(single, [_pair(cells, FITTED)])
+    heating = [
+        replace(e, heat_transfer_W_m2_K=to_digits(e.heat_transfer_W_m2_K))
+        for e in pack.effects
+        if isinstance(e, SelfHeating)
+    ]
+    others = (e for e in pack.effects if not isinstance(e, SelfHeating))
+    return replace(pack, effects=(*others, *heating))
 
 
 def _known(pack: Pack) -> Pack:

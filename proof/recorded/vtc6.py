@@ -12,7 +12,7 @@ from pathlib import Path
 import numpy as np
 import numpy.typing as npt
 
-from proof.recorded.calibrated import Calibrated, calibrated
+from proof.recorded.calibrated import Calibrated, calibrated, to_digits
 from proof.recorded.measured import FloatArray, RealTest, recording
 from twin.builtin import load_cell
 from twin.constants import ZERO_CELSIUS_K
@@ -102,7 +102,7 @@ def cooling_W_m2_K(mission: RealTest, room_K: float) -> float:
     landed = int(np.flatnonzero(mission.current_A > DRAWN_A)[-1]) + 1
     above_K = mission.temperature_K[landed:] - room_K
     slope_1_s = np.polyfit(mission.time_s[landed:], np.log(above_K), 1)[0]
-    return float(-slope_1_s * HEAT_J_K / SURFACE_m2)
+    return to_digits(-slope_1_s * HEAT_J_K / SURFACE_m2)
 
 
 def fresh(own: Life, cache: Path) -> Calibrated:
