@@ -34,13 +34,15 @@ LEAD = (
     "current. About one log in five begins in flight, with the charge that is left then. The floor "
     "is the noise with what the recorded current makes of the twin, beside the one that flowed.",
     "Every entry of the ledger holds the hash of the one before it, so none can be changed or "
-    "left out later without the last hash becoming another. It tells the order, and that nothing "
+    "left out later without the last hash becoming another. The first has seed, command and whose "
+    "each trial is; every verdict has the hash of the code that gave it, which has to be that of "
+    "the beginning. It tells the order, and that nothing "
     "was exchanged later. That its clock was right, or that no other run was thrown away, it "
     "cannot tell: for that, run the trials yourself, with a seed of your own.",
     "To check a run, twin prove --check follows the ledger from entry to entry, computes the hash "
     "of every file anew and opens every sealed truth again with its key: it has to be the one "
     "that is shown. From truths, verdicts and comparisons it makes proof.json again, which has to "
-    "be the same.",
+    "be the same; of this page it looks at the hash alone.",
 )
 
 
