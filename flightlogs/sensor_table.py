@@ -45,6 +45,12 @@ CURRENT_WORDS = {"current", "curr", "i", "ibat", "strom", "shunt"}
 VOLTAGE_WORDS = {"voltage", "u", "vbat", "spannung", "pack"}
 WHOLE_WORDS = {"total", "sum", "battery", "batt", "bat", "ibat", "pack", "main"}
 """Of a current: it is not that of one motor among several."""
+NOT_MEASURED_WORDS = (
+    {"limit", "lim", "set", "setpoint", "target", "demand"}
+    | {"max", "maximum", "min", "minimum", "peak"}
+    | {"avg", "average", "mean"}
+)
+"""A current or voltage so named is not what flows or stands there at that moment."""
 OTHER_UNITS = {"c", "degc", "k", "w", "ah", "mah", "wh", "%", "hz", "rpm", "ohm"}
 UNITS = OTHER_UNITS | TIME_UNITS.keys() | CURRENT_UNITS.keys() | VOLTAGE_UNITS.keys()
 MISSING = {"", "nan", "na", "n/a", "null", "none", "-", "--"}
@@ -165,21 +171,24 @@ def columns(header: list[str]) -> dict[str, list[Column]]:
     """Columns of each quantity in the order of the file; a column counts for one only."""
     out: dict[str, list[Column]] = {"time": [], "current": [], "voltage": []}
     kinds = (
-        ("time", TIME_WORDS, TIME_UNITS),
-        ("current", CURRENT_WORDS, CURRENT_UNITS),
-        ("voltage", VOLTAGE_WORDS, VOLTAGE_UNITS),
+        ("time", TIME_WORDS, TIME_UNITS, set[str]()),
+        ("current", CURRENT_WORDS, CURRENT_UNITS, VOLTAGE_WORDS - WHOLE_WORDS),
+        ("voltage", VOLTAGE_WORDS, VOLTAGE_UNITS, {"shunt"}),  # that across it is not the pack's
     )
     for index, name in enumerate(header):
-        for kind, quantity, units in kinds:
-            if (c := column(index, name, quantity, units)) is not None:
+        for kind, quantity, units, never in kinds:
+            c = column(index, name, quantity, units)
+            if c is not None and never.isdisjoint(words(name)):
                 out[kind].append(c)
                 break
     return out
 
 
-def likeliness(current: Column) -> tuple[bool, bool]:
-    """Of a column to be the current of the pack: by what it says of itself, then by its unit."""
-    return not WHOLE_WORDS.isdisjoint(words(current.name)), current.factor is not None
+def likeliness(quantity: Column) -> tuple[bool, bool, bool]:
+    """Of a column to be that of the pack: by what it says of itself, then by its unit."""
+    found = words(quantity.name)
+    measured = NOT_MEASURED_WORDS.isdisjoint(found)
+    return measured, not WHOLE_WORDS.isdisjoint(found), quantity.factor is not None
 
 
 def find_header(rows: list[list[str]], comments: list[str], delimiter: str) -> list[str] | None:
@@ -280,8 +289,8 @@ def extract(
         raise NotALog(f"{name}: fewer than two rows with a time and a current")
     voltage_V = None
     if named["voltage"]:
-        factor = named["voltage"][0].factor or 1.0
-        voltage_V = factor * values(body, named["voltage"][0].index)[0][keep]
+        voltage = max(named["voltage"], key=likeliness)
+        voltage_V = (voltage.factor or 1.0) * values(body, voltage.index)[0][keep]
     return RawTable(
         time_s=time_s[keep],
         current_A=current[keep] * current_factor(column, current[keep], notes, name),

@@ -66,6 +66,14 @@ def test_any_header_that_names_quantity_and_unit_will_do(header, per_second, per
         ("time_s,I 1,I battery,current_A", 1, "I battery is used, not I 1, current_A"),
         ("time_s,current,current (A)", 1, "current (A) is used, not current"),
         ("time_s,current_1 (A),current_2 (A)", 0, "current_1 (A) is used, not current_2 (A)"),
+        ("time_s,Bus Voltage,Shunt Voltage,Current,Power", 2, ""),
+        ("time_s,pack current,Spannung,U", 0, ""),
+        (
+            "time_s,Battery Current Limit (A),Current",
+            1,
+            "Current is used, not Battery Current Limi",
+        ),
+        ("time_s,i_set_A,i_avg_A,i", 2, "i is used, not i_set_A, i_avg_A"),
     ],
 )
 def test_of_several_columns_the_current_of_the_pack_is_taken(header, place, said) -> None:
@@ -78,6 +86,25 @@ def test_of_several_columns_the_current_of_the_pack_is_taken(header, place, said
     assert log.current_A == pytest.approx(CURRENT_A)
     assert ("several_currents" in codes(log)) == bool(said)
     assert not said or any(said in w.message for w in log.warnings)
+
+
+@pytest.mark.parametrize(
+    ("header", "place"),
+    [
+        ("time_s,Shunt Voltage,Bus Voltage,Current", 1),
+        ("time_s,Cell 1 (V),U max,pack voltage,u_cell,Current", 2),
+        ("time_s,Voltage Limit (V),voltage,Current", 1),
+    ],
+)
+def test_of_several_columns_the_voltage_of_the_pack_is_taken(header, place) -> None:
+    others = header.count(",") - 1
+    rows = [
+        f"{t:.3f}," + ",".join("16.2" if k == place else "4" for k in range(others)) + f",{i:.4f}"
+        for t, i in zip(TIME_S, CURRENT_A, strict=True)
+    ]
+    log = read(f"{header}\n" + "\n".join(rows) + "\n")
+    assert log.voltage_V is not None
+    assert np.all(log.voltage_V == 16.2)
 
 
 def test_a_unit_that_is_not_known_is_doubted_as_what_it_is() -> None:
