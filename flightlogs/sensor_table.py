@@ -18,6 +18,8 @@ SAMPLE_ROWS = 50
 NUMERIC_SHARE = 0.5
 """Of the rows at the top that must be numbers for a file to be a table."""
 DAY_S = 86400.0
+MOST_BACK, MOST_TURNS = 0.01, 0.1
+"""Steps back of a clock (resets, damage): of all its steps, and of those forth."""
 NOMINAL_STEP_S = 0.1
 """Of the module; decides the unit of a time column that names none."""
 LARGEST_IN_A = 150.0
@@ -309,11 +311,7 @@ def guess_columns(
     """Without a header: time is the first column that only grows, current the first other one."""
     wide = max(len(row) for row in body)
     texts = [k for k in range(wide) if any(len(r) > k and number(r[k]) is None for r in body[:5])]
-    growing = []
-    for k in set(range(wide)) - set(texts):
-        steps = np.diff(values(body, k)[0])
-        if np.mean(steps[np.isfinite(steps)] >= 0) > 0.99 and np.nanmax(steps) > 0:
-            growing.append(k)
+    growing = [k for k in set(range(wide)) - set(texts) if runs_on(values(body, k)[0])]
     dates = [k for k in texts if len(body[0]) > k and moment(body[0][k]) is not None]
     stamp = min(dates + growing, default=-1)
     others = [k for k in range(wide) if k != stamp and k not in texts]
@@ -328,22 +326,48 @@ def guess_columns(
     }
 
 
+def runs_on(raw: FloatArray) -> bool:
+    """True for numbers that a clock may give: hardly ever less than the one before.
+
+    A duration of something goes up and down, or stands still.
+    """
+    steps = np.diff(raw)
+    steps = steps[np.isfinite(steps)]
+    up, back = np.sum(steps > 0), np.sum(steps < 0)
+    return bool(up > 0 and back < MOST_BACK * len(steps) and back < MOST_TURNS * up)
+
+
 def times(
     body: list[list[str]], named: list[Column], notes: list[LogWarning], name: str
 ) -> FloatArray:
-    """(n,) seconds, NaN where unreadable: the finest numeric column, else date and time of day."""
+    """(n,) seconds, NaN where unreadable: of the numeric columns that run on the finest.
+
+    Where none does, date and time of day; without these the finest numeric one however it runs.
+    """
     numeric = [c for c in named if np.mean(values(body, c.index)[1]) > NUMERIC_SHARE]
+    clocks = [c for c in numeric if runs_on(values(body, c.index)[0])]
+    texts = [c for c in named if c not in numeric]
+    time_s = moments(body, texts) if texts and not clocks else np.empty(0)
+    if np.any(np.isfinite(time_s)):
+        return time_s
     if numeric:
-        best = min(numeric, key=lambda c: c.factor or 1.0)
+        best = min(clocks or numeric, key=lambda c: c.factor or 1.0)
         raw = values(body, best.index)[0]
         return raw * (best.factor or guess_time_factor(best, raw, notes, name))
-    fields = [
-        " ".join(row[c.index] for c in named if len(row) > c.index and row[c.index]) for row in body
-    ]
+    first = joined(body[0], texts)
+    raise NotALog(f"{name}: the times read like {first!r}, neither a number nor a date")
+
+
+def joined(row: list[str], texts: list[Column]) -> str:
+    """The fields of these columns in one."""
+    return " ".join(row[c.index] for c in texts if len(row) > c.index and row[c.index])
+
+
+def moments(body: list[list[str]], texts: list[Column]) -> FloatArray:
+    """(n,) seconds of dates and times of day, NaN where unreadable."""
+    fields = [joined(row, texts) for row in body]
     found = [moment(f) for f in fields]
     time_s = np.array([np.nan if v is None else v for v in found])
-    if not np.any(np.isfinite(time_s)):
-        raise NotALog(f"{name}: the times read like {fields[0]!r}, neither a number nor a date")
     if all(len(f) <= len("00:00:00.000000") for f in fields[:5]):  # a time of day: past midnight
         known = np.isfinite(time_s)
         steps = np.diff(time_s[known], prepend=time_s[known][0])

@@ -171,6 +171,36 @@ def test_date_and_time_of_day_in_two_columns_make_one_stamp() -> None:
     same(read("date,time,current_A\n" + "\n".join(rows) + "\n"))
 
 
+LOOPS = np.random.default_rng(5).normal(100, 3, N).round()
+
+
+@pytest.mark.parametrize(
+    ("header", "beside"),
+    [
+        ("time_s,loop time (us),current_A", 1e3 * LOOPS),
+        ("Time (s),Time diff (ms),Current (A)", np.where(np.arange(N) % 90 < 3, 101, 100)),
+        ("Time (s),Time step (ms),Current (A)", np.full(N, 100)),
+    ],
+)
+def test_a_duration_beside_the_time_is_no_clock(header, beside) -> None:
+    rows = zip(TIME_S, beside, CURRENT_A, strict=True)
+    same(read("\n".join([header, *(f"{t},{b:.0f},{i}" for t, b, i in rows)]) + "\n"))
+
+
+def test_milliseconds_within_the_second_leave_the_time_to_date_and_time_of_day() -> None:
+    rows = [
+        f"2024-03-01;12:00:{int(t):02d};{round(1e3 * (t % 1)) % 1000};{i}"
+        for t, i in zip(TIME_S, CURRENT_A, strict=True)
+    ]
+    log = read("\n".join(["Date;Time;ms;Current [A]", *rows]) + "\n")
+    assert log.time_s == pytest.approx(TIME_S - TIME_S[0], abs=0.02)
+
+
+def test_a_clock_that_often_starts_anew_is_still_the_only_one() -> None:
+    log = read(table(t=np.concatenate([TIME_S[:9], TIME_S[:20], TIME_S[:9]]), i=CURRENT_A[:38]))
+    assert log.current_A == pytest.approx(CURRENT_A[9:29])
+
+
 def test_stamps_to_the_second_are_spread_over_it() -> None:
     log = read(table(t=np.floor(TIME_S + 0.45)))
     assert "coarse_stamps" in codes(log)
