@@ -12,17 +12,17 @@ from flightlogs.spans import IN_AIR_THROTTLE, flying_by_throttle, overlap, switc
 from flightlogs.stamps import FileClock
 
 ARMED, DISARMED, LANDED, AIRBORNE = 10, 11, 18, 28  # EV.Id
-PAUSE_S = 5.0  # no record for longer: the logger was off, as it is while disarmed
 IDLE_MARGIN = 0.05
 PERMILLE = 1e-3
 
 
 def armed_spans(timed: Timed, clock: FileClock) -> tuple[Interval, ...]:
-    """From EV, else from ARM; a log that pauses before it is armed again was disarmed meanwhile."""
+    """From EV, else from ARM; what is armed again was disarmed, see `_disarmed_between`."""
     found = _states(timed, "EV", "Id", (ARMED,), (DISARMED,))
     if not found[0].size:
         found = _states(timed, "ARM", "ArmState", (1,), (0,))
-    time_s, on = _with_pauses(*found, clock)
+    landed_s, _ = _states(timed, "EV", "Id", (), (LANDED,))
+    time_s, on = _disarmed_between(*found, landed_s, clock)
     return switched(time_s, on, start_s=0.0, end_s=end_s(timed))
 
 
@@ -59,16 +59,22 @@ def _states(
     return time_s[rows], np.isin(number[rows], on)
 
 
-def _with_pauses(
-    time_s: FloatArray, on: npt.NDArray[np.bool_], clock: FileClock
+def _disarmed_between(
+    time_s: FloatArray, on: npt.NDArray[np.bool_], landed_s: FloatArray, clock: FileClock
 ) -> tuple[FloatArray, npt.NDArray[np.bool_]]:
-    """Where it is switched on twice and the log pauses in between, it was off from the pause on."""
+    """Times and states with a disarming between any two armings that follow each other.
+
+    Only what is disarmed can be armed, and the logger is off while disarmed: the disarming is put
+    where the log pauses longest, after the last landing if one was logged.
+    """
     logged = np.sort(clock.time_s[np.isfinite(clock.time_s)])
     times, states = list(time_s), list(on)
     for i in range(len(on) - 1, 0, -1):
         if on[i] and on[i - 1]:
-            between = logged[(logged >= time_s[i - 1]) & (logged <= time_s[i])]
-            if between.size > 1 and np.max(np.diff(between)) > PAUSE_S:
+            down = landed_s[(landed_s >= time_s[i - 1]) & (landed_s < time_s[i])]
+            since_s = float(np.max(down, initial=time_s[i - 1]))
+            between = logged[(logged >= since_s) & (logged <= time_s[i])]
+            if between.size > 1:
                 times.insert(i, between[int(np.argmax(np.diff(between)))])
                 states.insert(i, np.False_)
     return np.array(times), np.array(states, dtype=bool)

@@ -245,17 +245,26 @@ def test_the_time_of_week_orders_a_text_log_without_other_times() -> None:
     assert "GPS" in next(w.message for w in log.warnings if w.code == "time_base_reconstructed")
 
 
-def test_a_pause_of_the_logger_between_two_armings_is_a_disarming() -> None:
-    late = T[T >= 40]
-    kept = np.concatenate([T[T < 20], late])
+@pytest.mark.parametrize(
+    ("pauses", "events", "armed"),
+    [
+        ([(20, 40)], {0: 10, 40: 10}, [(0, 19.9), (40, 59.9)]),
+        ([(20, 23)], {0: 10, 23: 10}, [(0, 19.9), (23, 59.9)]),
+        ([(10, 14), (30, 33)], {0: 10, 25: 18, 33: 10}, [(0, 29.9), (33, 59.9)]),
+        ([(10, 14)], {0: 10, 12: 11, 14: 10}, [(0, 12), (14, 59.9)]),
+    ],
+)
+def test_what_is_armed_again_was_disarmed_where_the_log_pauses(pauses, events, armed) -> None:
+    kept = T[~np.any([(a <= T) & (b > T) for a, b in pauses], axis=0)]
     pack = PackTrace(
         time_s=kept + BOOT_S,
         voltage_V=np.interp(kept, T, VOLTAGE),
         current_A=np.interp(kept, T, CURRENT),
         charge_C=np.interp(kept, T, CHARGE),
     )
-    log = read(binary([w.battery(pack), w.events([BOOT_S, BOOT_S + 40], [10, 10])]))
-    assert [(round(a.start_s, 1), round(a.stop_s, 1)) for a in log.armed] == [(0, 19.9), (40, 59.9)]
+    events_s = BOOT_S + np.array(list(events), dtype=float)
+    log = read(binary([w.battery(pack), w.events(events_s, list(events.values()))]))
+    assert [(round(a.start_s, 1), round(a.stop_s, 1)) for a in log.armed] == armed
 
 
 def test_throttle_tells_the_flight_where_no_event_does() -> None:

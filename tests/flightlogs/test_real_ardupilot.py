@@ -220,6 +220,12 @@ def test_the_armed_time_of_six_flights_in_one_file_is_found() -> None:
     assert sum(a.duration_s for a in log.armed) == pytest.approx(7.2 * 60, abs=3)
 
 
+def test_a_second_flight_after_a_pause_of_four_seconds_is_one_of_its_own() -> None:
+    log = read("erlerobot__logs/MS5611_SPI.BIN")
+    armed = [(round(a.start_s), round(a.stop_s)) for a in log.armed]
+    assert armed == [(1, 45), (55, 78), (82, 85), (226, 294), (299, 362)]
+
+
 def test_unphysical_velocities_are_left_for_the_choice_of_channels() -> None:
     assert np.max(np.abs(read("erlerobot__logs/25.BIN").velocity_m_s.values)) > 400
 
