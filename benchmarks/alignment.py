@@ -1,12 +1,12 @@
 """Alignment of a current sensor's clock: error, acceptance and calibration on synthetic flights.
 
-    python -m benchmarks.alignment [--pairs 200] [--seed 1000] [--verbose]
+    python -m benchmarks.alignment [--pairs 200] [--seed 1000] [--period-s 0.2] [--verbose]
 
 Right pairs: one flight of 3 to 8 min seen by both instruments; offsets to +-300 s, drifts to
-+-200 ppm, 5 Hz with jitter against 10 Hz, noise, gain and bias of both, samples missing one by one
-and in holes. Wrong pairs: the sensor rode another flight: of another plan, of the same plan in
-other gusts, steady hovers; and, as a hard case that must be refused too, a right pair that only
-hovers. Exit 1 if a target is missed.
++-200 ppm, 5 Hz (or as --period-s says) with jitter against 10 Hz, noise, gain and bias of both,
+samples missing one by one and in holes. Wrong pairs: the sensor rode another flight: of another
+plan, of the same plan in other gusts, steady hovers; and, as a hard case that must be refused too,
+a right pair that only hovers. Exit 1 if a target is missed.
 """
 
 import argparse
@@ -70,11 +70,13 @@ class Outcome:
         return self.fit.drift_ppm - self.case.drift_ppm
 
 
-def idle_before(log: FlightLog, idle_s: float, rng: np.random.Generator) -> FlightLog:
+def idle_before(
+    log: FlightLog, idle_s: float, period_s: float, rng: np.random.Generator
+) -> FlightLog:
     """The log as if the autopilot had been switched on `idle_s` earlier."""
     (battery,) = log.batteries
     assert battery.current_A is not None
-    before = np.arange(0.1, idle_s, 0.2)
+    before = np.arange(0.1, idle_s, period_s)
     idle = battery.current_A[:10].mean() + 0.12 * rng.standard_normal(before.size)
     time_s = np.concatenate([before, battery.time_s + idle_s])
     current = np.concatenate([idle, battery.current_A])
@@ -89,7 +91,7 @@ def idle_before(log: FlightLog, idle_s: float, rng: np.random.Generator) -> Flig
     )
 
 
-def make(seed: int, wrong: str = "") -> Case:
+def make(seed: int, wrong: str = "", *, battery_period_s: float = 0.2) -> Case:
     """A random pair; `wrong` is one of WRONG or "" for a right pair with manoeuvres."""
     rng = np.random.default_rng([2603, seed])
     airframe = (S500, LIGHT)[seed % 2]
@@ -105,7 +107,10 @@ def make(seed: int, wrong: str = "") -> Case:
         length = float(duration_s * rng.uniform(0.8, 1.2))
         ridden = fly(airframe, seed=int(seeds[1]), duration_s=length)
     flaws = AutopilotFlaws(
-        noise_A=rng.uniform(0.1, 0.2), gain=rng.uniform(0.93, 1.07), bias_A=rng.uniform(-0.3, 0.3)
+        battery_period_s=battery_period_s,
+        noise_A=rng.uniform(0.1, 0.2),
+        gain=rng.uniform(0.93, 1.07),
+        bias_A=rng.uniform(-0.3, 0.3),
     )
     start_s = float(
         rng.uniform(-40, 15)
@@ -126,7 +131,9 @@ def make(seed: int, wrong: str = "") -> Case:
     offset_s = float(rng.uniform(-OFFSET_S, OFFSET_S))
     idle_s = max(0.0, offset_s - start_s)
     zero_s = start_s + idle_s - offset_s
-    log = idle_before(to_flight_log(flight, seed=int(seeds[3]), flaws=flaws), idle_s, rng)
+    log = idle_before(
+        to_flight_log(flight, seed=int(seeds[3]), flaws=flaws), idle_s, battery_period_s, rng
+    )
     return Case(
         sensor=SensorLog(
             name=f"sensor {seed}",
@@ -207,14 +214,14 @@ def targets(right: list[Outcome], wrong: list[Outcome]) -> list[tuple[str, bool]
     ]
 
 
-def run(count: int, seed: int, wrong: tuple[str, ...], *, verbose: bool) -> list[Outcome]:
-    """`count` pairs, the kinds in turn."""
+def run(options: argparse.Namespace, seed: int, wrong: tuple[str, ...]) -> list[Outcome]:
+    """`options.pairs` pairs, the kinds in turn."""
     outcomes = []
-    for k in range(count):
+    for k in range(options.pairs):
         kind = wrong[k % len(wrong)]
-        outcome = attempt(make(seed + k, kind))
+        outcome = attempt(make(seed + k, kind, battery_period_s=options.period_s))
         outcomes.append(outcome)
-        if verbose or (kind and outcome.fit is not None):
+        if options.verbose or (kind and outcome.fit is not None):
             print(f"  {seed + k} {kind or 'right'}: {outcome.code or outcome.fit}", flush=True)
     return outcomes
 
@@ -224,16 +231,17 @@ def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--pairs", type=int, default=200)
     parser.add_argument("--seed", type=int, default=1000)
+    parser.add_argument("--period-s", type=float, default=0.2, help="of the autopilot's battery")
     parser.add_argument("--verbose", action="store_true")
     options = parser.parse_args()
-    right = run(options.pairs, options.seed, ("",), verbose=options.verbose)
+    right = run(options, options.seed, ("",))
     accepted = [o for o in right if o.fit is not None]
     describe("right pairs accepted", accepted)
     sure = 1e6 * GOOD_DRIFT
     known = [o for o in accepted if o.fit is not None and o.fit.drift_uncertainty_ppm <= sure]
     describe("  of these without the warning drift_uncertain", known)
     print(f"  refused: {dict(Counter(o.code for o in right if o.fit is None))}")
-    wrong = run(options.pairs, options.seed + 100_000, WRONG, verbose=options.verbose)
+    wrong = run(options, options.seed + 100_000, WRONG)
     for k, kind in enumerate(WRONG):
         codes = Counter(o.code or "ACCEPTED" for o in wrong[k :: len(WRONG)])
         print(f"wrong, {kind}: {dict(codes)}")

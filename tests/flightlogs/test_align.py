@@ -9,13 +9,15 @@ import pytest
 
 from flightlogs.align import AlignmentRefused, align
 from flightlogs.log import FlightLog
+from flightlogs.read import read_log
 from flightlogs.reference import candidates
-from flightlogs.sensor import SensorCounts, SensorLog
+from flightlogs.sensor import SensorCounts, SensorLog, read_sensor
 from sample_logs.airframe import S500
-from sample_logs.instruments import SensorFlaws, sensor, to_flight_log
+from sample_logs.instruments import AutopilotFlaws, SensorFlaws, sensor, to_flight_log
 from sample_logs.plan import random_plan, steady_hover
 from sample_logs.synthetic import SyntheticFlight, fly
 
+SAMPLES = Path(__file__).parents[2] / "sample_logs"
 FLAWS = SensorFlaws(offset_s=-12.345, drift_ppm=120.0, gain=1.02, bias_A=0.2)
 
 
@@ -28,8 +30,9 @@ def flight(seed: int = 1, *, duration_s: float = 240.0, kind: str = "plan") -> S
 
 
 @cache
-def log_of(seed: int = 1, kind: str = "plan") -> FlightLog:
-    return to_flight_log(flight(seed, kind=kind), seed=11)
+def log_of(seed: int = 1, kind: str = "plan", *, period_s: float = 0.2) -> FlightLog:
+    flaws = AutopilotFlaws(battery_period_s=period_s)
+    return to_flight_log(flight(seed, kind=kind), seed=11, flaws=flaws)
 
 
 def sensor_of(seed: int = 1, *, kind: str = "plan", flaws: SensorFlaws = FLAWS) -> SensorLog:
@@ -146,8 +149,28 @@ def test_the_right_one_of_two_batteries_is_found() -> None:
         align(sensor_of(), two, battery=0)
 
 
-def test_another_flight_of_the_same_plan_is_refused() -> None:
-    assert refusal(sensor_of(2), log_of(1)) == "wrong_flight"
+@pytest.mark.parametrize(("seed", "period_s"), [(1, 0.1), (2, 0.1), (1, 0.2), (2, 0.5)])
+def test_the_own_flight_is_known_at_any_rate_of_the_autopilot(seed: int, period_s: float) -> None:
+    fit = align(sensor_of(seed), log_of(seed, period_s=period_s)).fit
+    middle_s = 120.0
+    error_s = fit.offset_s - FLAWS.offset_s + 1e-6 * (fit.drift_ppm - FLAWS.drift_ppm) * middle_s
+    assert abs(error_s) < 0.01
+
+
+@pytest.mark.parametrize("name", ["s500.ulg", "s500_ardupilot.bin", "s500_telemetry.tlog"])
+def test_the_sensor_of_the_sample_is_known_in_each_of_its_logs(name: str) -> None:
+    with (SAMPLES / "s500.sensor.csv").open("rb") as stream:
+        own = read_sensor(stream, name="s500.sensor.csv")
+    with (SAMPLES / name).open("rb") as stream:
+        fit = align(own, read_log(stream, name=name)).fit
+    assert fit.offset_s == pytest.approx(-37.4, abs=0.01)  # its truth.json
+    assert fit.drift_ppm == pytest.approx(85.0, abs=4 * fit.drift_uncertainty_ppm)
+
+
+@pytest.mark.parametrize("period_s", [0.1, 0.2, 0.5])
+@pytest.mark.parametrize(("rode", "seed"), [(2, 1), (1, 2), (6, 1)])
+def test_another_flight_of_the_same_plan_is_refused(rode: int, seed: int, period_s: float) -> None:
+    assert refusal(sensor_of(rode), log_of(seed, period_s=period_s)) == "wrong_flight"
 
 
 def test_a_flight_of_another_plan_is_refused() -> None:
@@ -201,8 +224,6 @@ def real_current(relative: str) -> tuple[np.ndarray, np.ndarray]:
     path = Path(__file__).parents[2] / ".." / "shared" / "flights" / relative
     if not path.is_file():
         pytest.skip("real flight logs are not here")
-    from flightlogs.read import read_log
-
     with path.open("rb") as stream:
         battery = read_log(stream, name=path.name).batteries[0]
     assert battery.current_A is not None
