@@ -81,6 +81,7 @@ class AlignedSensor:
     Attributes:
         time_s: (n,) on the clock of the flight log, strictly increasing.
         current_A: (n,) as in `SensorLog`: discharge positive, NaN where not measured.
+        voltage_V: (n,) as in `SensorLog`: at the sensor, NaN where not measured, or None.
         fit: the map of the clocks and how well it is known.
         battery: instance of the battery whose current it follows; None if thrust fixed the clock.
         warnings: everything doubtful in the alignment.
@@ -89,12 +90,15 @@ class AlignedSensor:
     time_s: FloatArray
     current_A: FloatArray
     fit: ClockFit
+    voltage_V: FloatArray | None = None
     battery: int | None = None
     warnings: tuple[LogWarning, ...] = ()
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "time_s", frozen_array(self.time_s))
         object.__setattr__(self, "current_A", frozen_array(self.current_A))
+        if self.voltage_V is not None:
+            object.__setattr__(self, "voltage_V", frozen_array(self.voltage_V))
         check_increasing(self.time_s, "aligned sensor")
 
 
@@ -267,6 +271,7 @@ def finish(sensor: SensorLog, log: FlightLog, rough: Rough) -> AlignedSensor:
     return AlignedSensor(
         time_s=polished.clock.to_reference(sensor.time_s),
         current_A=sensor.current_A,
+        voltage_V=sensor.voltage_V,
         fit=fit,
         battery=rough.reference.battery,
         warnings=doubts(fit, sensor.name, rough.reference.source),
@@ -313,6 +318,7 @@ def finish_by_thrust(sensor: SensorLog, rough: Rough, names: str) -> AlignedSens
     return AlignedSensor(
         time_s=clock.to_reference(sensor.time_s),
         current_A=sensor.current_A,
+        voltage_V=sensor.voltage_V,
         fit=fit,
         battery=rough.reference.battery,
         warnings=doubts(fit, sensor.name, rough.reference.source),

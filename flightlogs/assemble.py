@@ -14,7 +14,14 @@ from flightlogs.log import BatteryLog, Channel, FlightLog, FloatArray, Interval,
 from flightlogs.measured import LEAST_FLYING_A
 from flightlogs.recording import Recording
 from flightlogs.resample import resample, within
-from flightlogs.select import LEAST_FLIGHT_SAMPLES, choose_battery, choose_series
+from flightlogs.select import (
+    LEAST_FLIGHT_SAMPLES,
+    NOWHERE,
+    Elsewhere,
+    choose_battery,
+    choose_series,
+)
+from flightlogs.voltage import Voltage, choose_voltage
 
 if TYPE_CHECKING:
     from flightlogs.align import AlignedSensor
@@ -53,31 +60,26 @@ def assemble(
     """
     refuse_other_vehicles(log)
     flights = choose_flight(log, None if sensor is None else _recorded(sensor))
-    pack, pack_warnings = choose_battery(
-        log,
-        flights,
-        battery,
-        current_elsewhere=sensor is not None,
-        followed=sensor.battery if sensor is not None else None,
-    )
-    cells = choose_series(pack, log.name)
+    pack, pack_warnings = choose_battery(log, flights, battery, _elsewhere(sensor))
+    voltage = choose_voltage(pack, sensor)
+    cells = choose_series(pack, voltage.values_V, log.name)
     current = _current(log, pack, sensor, flights)
     t = current.time_s
     velocity, velocity_warnings = _credible_velocity(log, flights)
-    slope = _slope(pack, current, flights)
+    slope = _slope(voltage, current, flights)
     ratio = _coulomb(pack, current, flights)
     capacity_C, capacity_doubt = _capacity(pack, current)
-    voltage_V = _on(pack, pack.voltage_V, t, fill=True)
+    voltage_V = _on(voltage.time_s, voltage.values_V, t, fill=True)
     flying = within(t, (flights.flight,))
     doubts = (
         quality.sign_warning(t[flying], current.values[flying], current.source),
         quality.scale_warning(slope, cells.series, capacity_C, current.source),
         quality.coulomb_warning(ratio, current.source),
         gap_warning(t, flights.flight, current.source),
-        None if pack.voltage_V is None else voltage_warning(voltage_V[flying], pack.label),
+        None if voltage.values_V is None else voltage_warning(voltage_V[flying], voltage.source),
         quality.saturation_warning(current.values[flying], current.source),
         current_held_warning(current.repeats, t.size, current.source),
-        voltage_held_warning(voltage_V[flying], current.values[flying], pack.label),
+        voltage_held_warning(voltage_V[flying], current.values[flying], voltage.source),
         capacity_doubt,
         _simulation_warning(log),
         _unknown_vehicle(log),
@@ -90,8 +92,12 @@ def assemble(
         current_A=current.values,
         current_source="autopilot" if sensor is None else "sensor",
         voltage_V=voltage_V,
-        temperature_K=None if pack.temperature_K is None else _on(pack, pack.temperature_K, t),
-        cell_voltage_V=None if pack.cell_voltage_V is None else _on(pack, pack.cell_voltage_V, t),
+        temperature_K=None
+        if pack.temperature_K is None
+        else _on(pack.time_s, pack.temperature_K, t),
+        cell_voltage_V=None
+        if pack.cell_voltage_V is None
+        else _on(pack.time_s, pack.cell_voltage_V, t),
         velocity_m_s=_channel(velocity, t),
         velocity_setpoint_m_s=_channel(log.velocity_setpoint_m_s, t),
         setpoint_source=log.velocity_setpoint_m_s.source if log.velocity_setpoint_m_s else "",
@@ -113,6 +119,7 @@ def assemble(
             *log.warnings,
             *flights.warnings,
             *pack_warnings,
+            *voltage.warnings,
             *cells.warnings,
             *velocity_warnings,
             *(w for w in doubts if w is not None),
@@ -132,6 +139,12 @@ def _refuse_idle(flown_A: FloatArray, name: str, source: str) -> None:
             "is not wired, or its scale is off. Correct it, or give the CSV of a current sensor "
             "(beside the log as NAME.sensor.csv, or --sensor)",
         )
+
+
+def _elsewhere(sensor: "AlignedSensor | None") -> Elsewhere:
+    if sensor is None:
+        return NOWHERE
+    return Elsewhere(current=True, voltage_V=sensor.voltage_V, followed=sensor.battery)
 
 
 def _recorded(sensor: "AlignedSensor") -> Interval | None:
@@ -168,15 +181,15 @@ def _current(
 
 
 def _on(
-    pack: BatteryLog, values: FloatArray | None, at_s: FloatArray, *, fill: bool = False
+    time_s: FloatArray, values: FloatArray | None, at_s: FloatArray, *, fill: bool = False
 ) -> FloatArray:
     """A channel of the battery on other times; single samples not measured are bridged."""
     if values is None:
         return np.full(at_s.shape, np.nan)
     if not fill or values.ndim > 1:
-        return resample(pack.time_s, values, at_s)
+        return resample(time_s, values, at_s)
     known = np.isfinite(values)
-    return resample(pack.time_s[known], values[known], at_s)
+    return resample(time_s[known], values[known], at_s)
 
 
 def _channel(channel: Channel | None, at_s: FloatArray) -> FloatArray | None:
@@ -193,14 +206,14 @@ def _credible_velocity(
     return (log.velocity_m_s, ()) if doubt is None else (None, (doubt,))
 
 
-def _slope(pack: BatteryLog, current: _Current, flights: Flights) -> quality.Slope | None:
+def _slope(voltage: Voltage, current: _Current, flights: Flights) -> quality.Slope | None:
     """At the times of the voltage: interpolating it instead would flatten it."""
-    if pack.voltage_V is None:
+    if voltage.values_V is None:
         return None
-    flying = within(pack.time_s, (flights.flight,))
-    t = pack.time_s[flying]
+    flying = within(voltage.time_s, (flights.flight,))
+    t = voltage.time_s[flying]
     return quality.resistance(
-        t, resample(current.time_s, current.values, t), pack.voltage_V[flying]
+        t, resample(current.time_s, current.values, t), voltage.values_V[flying]
     )
 
 

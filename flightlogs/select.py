@@ -6,11 +6,12 @@ import numpy as np
 
 from flightlogs.errors import LogWarning, Refusal
 from flightlogs.flight import Flights
-from flightlogs.log import BatteryLog, FlightLog
+from flightlogs.log import BatteryLog, FlightLog, FloatArray
 from flightlogs.resample import charge_C, resample, within
 
 LEAST_FLIGHT_SAMPLES = 10
 INDIFFERENT = 0.2  # weight of a battery whose current ignores the thrust
+TOP = 99  # % of the samples: what is beyond is noise
 CELL_FULL_V = 4.25  # a full LiPo or Li-ion cell has 4.2 V
 LIHV_FULL_V = 4.36  # 4.35 V, and what voltage dividers are off by
 CELL_RANGE_V = (2.8, 4.4)  # of a cell in flight, on average
@@ -25,13 +26,20 @@ class Cells:
     warnings: tuple[LogWarning, ...] = ()
 
 
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Elsewhere:
+    """What a current sensor gives, and the battery whose current it follows, or None."""
+
+    current: bool = False
+    voltage_V: FloatArray | None = None
+    followed: int | None = None
+
+
+NOWHERE = Elsewhere()
+
+
 def choose_battery(
-    log: FlightLog,
-    flights: Flights,
-    wanted: int | None,
-    *,
-    current_elsewhere: bool,
-    followed: int | None = None,
+    log: FlightLog, flights: Flights, wanted: int | None, elsewhere: Elsewhere = NOWHERE
 ) -> tuple[BatteryLog, tuple[LogWarning, ...]]:
     """The battery asked for, else that of the current sensor, else the one of the propulsion.
 
@@ -42,19 +50,21 @@ def choose_battery(
         log: the log.
         flights: the flight chosen.
         wanted: instance, or None.
-        current_elsewhere: a sensor gives the current.
-        followed: instance of the battery whose current that sensor follows, or None.
+        elsewhere: what a current sensor gives.
 
     Raises:
         Refusal: `no_battery`, `no_current` or `no_voltage`.
     """
     if wanted is not None:
         battery, reason = _wanted(log, wanted), "asked for"
-    elif followed is not None:
-        battery, reason = _wanted(log, followed), "its current is the one that the sensor follows"
+    elif elsewhere.followed is not None:
+        battery, reason = (
+            _wanted(log, elsewhere.followed),
+            "its current is the one that the sensor follows",
+        )
     else:
         battery, reason = _propulsion(log, flights), "it carries the propulsion current"
-    _refuse_unmeasured(log, battery, current_elsewhere=current_elsewhere)
+    _refuse_unmeasured(log, battery, elsewhere)
     others = [b for b in log.batteries if b is not battery]
     if not others:
         return battery, ()
@@ -102,8 +112,8 @@ def _propulsion_J(battery: BatteryLog, log: FlightLog, flights: Flights) -> floa
     return volts * charge_C(t, current) * weight
 
 
-def _refuse_unmeasured(log: FlightLog, battery: BatteryLog, *, current_elsewhere: bool) -> None:
-    no_current = battery.current_A is None and not current_elsewhere
+def _refuse_unmeasured(log: FlightLog, battery: BatteryLog, elsewhere: Elsewhere) -> None:
+    no_current = battery.current_A is None and not elsewhere.current
     no_voltage = battery.voltage_V is None
     if no_current and no_voltage:
         raise Refusal(
@@ -119,7 +129,8 @@ def _refuse_unmeasured(log: FlightLog, battery: BatteryLog, *, current_elsewhere
             "the CSV of a current sensor (beside the log as NAME.sensor.csv, or --sensor), or "
             "correct the power module's current input",
         )
-    if no_voltage and not (current_elsewhere and battery.series):
+    told = bool(battery.series) or of_a_pack(elsewhere.voltage_V, None)
+    if no_voltage and not (elsewhere.current and told):
         raise Refusal(
             "no_voltage",
             f"{log.name}: {battery.label}: the voltage was not measured: there is nothing to "
@@ -132,18 +143,32 @@ def _unmeasured(log: FlightLog) -> str:
     return said[0] if said else "no sample of it"
 
 
-def choose_series(battery: BatteryLog, name: str) -> Cells:
+def cells_of(voltage_V: FloatArray) -> int:
+    """The fewest cells in series that can have these finite voltages (n,)."""
+    return max(1, int(np.ceil(float(np.percentile(voltage_V, TOP)) / CELL_FULL_V)))
+
+
+def of_a_pack(voltage_V: FloatArray | None, series: int | None) -> bool:
+    """Whether so many cells, or as many as it has by itself, can have this voltage (n,)."""
+    known_V = np.empty(0) if voltage_V is None else voltage_V[np.isfinite(voltage_V)]
+    if known_V.size < LEAST_FLIGHT_SAMPLES:
+        return False
+    low, high = CELL_RANGE_V
+    return low <= float(np.median(known_V)) / (series or cells_of(known_V)) <= high
+
+
+def choose_series(battery: BatteryLog, voltage_V: FloatArray | None, name: str) -> Cells:
     """Cells in series as the log says where the voltage allows it, else from the voltage."""
-    if battery.voltage_V is None:
+    if voltage_V is None:
         if battery.series:
             return Cells(series=battery.series, inferred=False)
         raise Refusal("no_voltage", f"{name}: {battery.label}: neither voltage nor cell count")
-    known = battery.voltage_V[np.isfinite(battery.voltage_V)]
-    middle, top = float(np.median(known)), float(np.percentile(known, 99))
+    known = voltage_V[np.isfinite(voltage_V)]
+    middle, top = float(np.median(known)), float(np.percentile(known, TOP))
     low, high = CELL_RANGE_V
     if battery.series and low * battery.series <= middle <= high * battery.series:
         return Cells(series=battery.series, inferred=False)
-    series = max(1, int(np.ceil(top / CELL_FULL_V)))
+    series = cells_of(known)
     said = f"the log says {battery.series}" if battery.series else "the log does not say"
     fewer = series - 1
     lihv = (

@@ -71,6 +71,13 @@ def test_the_true_clock_is_found_with_gain_and_bias() -> None:
     assert found.time_s == pytest.approx(expected, abs=1e-9)
 
 
+def test_the_voltage_of_the_sensor_comes_along_by_current_and_by_thrust() -> None:
+    s = sensor_of()
+    s = replace(s, voltage_V=16.0 - 0.01 * s.time_s)
+    for of_log in (log_of(), without_current(log_of())):
+        np.testing.assert_array_equal(align(s, of_log).voltage_V, s.voltage_V)
+
+
 def test_moving_a_clock_moves_the_offset_and_nothing_else() -> None:
     here, s = align(sensor_of(), log_of()), sensor_of()
     there = align(replace(s, time_s=s.time_s + 250.0), log_of())

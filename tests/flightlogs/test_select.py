@@ -11,8 +11,11 @@ from flightlogs.errors import Refusal
 from flightlogs.flight import choose_flight, refuse_other_vehicles
 from flightlogs.log import BatteryLog, FlightLog, Interval, Vehicle
 from flightlogs.read import read_log
-from flightlogs.select import choose_battery, choose_series
+from flightlogs.select import Elsewhere, choose_battery, choose_series
 from tests.flightlogs import px4_flight as px4
+
+ONES = np.ones(100)
+WITH_SENSOR = Elsewhere(current=True)
 
 
 def log(**changes: object) -> FlightLog:
@@ -169,9 +172,7 @@ def test_the_battery_of_the_motors_is_taken_in_any_order() -> None:
     for order in itertools.permutations([motors, payload, small]):
         packs = tuple(replace(b, instance=i) for i, b in enumerate(order))
         several = log(batteries=packs)
-        got, warnings = choose_battery(
-            several, choose_flight(several), None, current_elsewhere=False
-        )
+        got, warnings = choose_battery(several, choose_flight(several), None)
         assert got.label == "motors"
         assert codes(warnings) == ["several_batteries"]
         assert "payload" in warnings[0].message
@@ -185,7 +186,7 @@ def test_of_batteries_without_a_current_one_with_a_voltage_is_taken(place: int) 
     packs = [dead, dead]
     packs[place] = battery(whole, label="alive", current_A=None)
     several = log(batteries=tuple(replace(b, instance=i) for i, b in enumerate(packs)))
-    got, _ = choose_battery(several, choose_flight(several), None, current_elsewhere=True)
+    got, _ = choose_battery(several, choose_flight(several), None, WITH_SENSOR)
     assert got.label == "alive"
 
 
@@ -198,7 +199,7 @@ def test_a_reversed_current_is_better_than_none() -> None:
         battery(whole, label="reversed", current_A=-amps, instance=1),
     )
     several = log(batteries=packs)
-    got, _ = choose_battery(several, choose_flight(several), None, current_elsewhere=False)
+    got, _ = choose_battery(several, choose_flight(several), None)
     assert got.label == "reversed"
 
 
@@ -207,11 +208,11 @@ def test_the_battery_asked_for_is_taken_or_refused() -> None:
     second = battery(whole, instance=1, label="second", current_A=None)
     both = log(batteries=(whole.batteries[0], second))
     flights = choose_flight(both)
-    got, _ = choose_battery(both, flights, 0, current_elsewhere=False)
+    got, _ = choose_battery(both, flights, 0)
     assert got.instance == 0
     for wanted, code in ((1, "no_current"), (2, "no_battery")):
         with pytest.raises(Refusal) as caught:
-            choose_battery(both, flights, wanted, current_elsewhere=False)
+            choose_battery(both, flights, wanted)
         assert caught.value.code == code
 
 
@@ -231,19 +232,34 @@ def test_what_was_not_measured_is_refused_unless_a_sensor_replaces_it(
     bare = log(batteries=(battery(whole, **dict.fromkeys(missing)),))
     flights = choose_flight(bare)
     with pytest.raises(Refusal) as caught:
-        choose_battery(bare, flights, None, current_elsewhere=False)
+        choose_battery(bare, flights, None)
     assert caught.value.code == code
     if with_sensor is None:
-        choose_battery(bare, flights, None, current_elsewhere=True)
+        choose_battery(bare, flights, None, WITH_SENSOR)
         return
     with pytest.raises(Refusal) as caught:
-        choose_battery(bare, flights, None, current_elsewhere=True)
+        choose_battery(bare, flights, None, WITH_SENSOR)
     assert caught.value.code == with_sensor
+
+
+@pytest.mark.parametrize(("volts", "told"), [(15.0, True), (5.0, False), (np.nan, False)])
+def test_a_voltage_of_the_sensor_tells_the_cells_if_a_pack_can_have_it(
+    volts: float,
+    told: bool,  # noqa: FBT001
+) -> None:
+    bare = battery(log(), voltage_V=None, series=None)
+    whole, elsewhere = log(batteries=(bare,)), Elsewhere(current=True, voltage_V=volts * ONES)
+    if told:
+        assert choose_battery(whole, choose_flight(whole), None, elsewhere) == (bare, ())
+        return
+    with pytest.raises(Refusal) as caught:
+        choose_battery(whole, choose_flight(whole), None, elsewhere)
+    assert caught.value.code == "no_voltage"
 
 
 def test_a_log_without_batteries_is_refused() -> None:
     with pytest.raises(Refusal, match="no battery channel") as caught:
-        choose_battery(log(batteries=()), choose_flight(log()), None, current_elsewhere=True)
+        choose_battery(log(batteries=()), choose_flight(log()), None, WITH_SENSOR)
     assert caught.value.code == "no_battery"
 
 
@@ -261,7 +277,7 @@ def test_a_voltage_that_full_lihv_cells_have_too_names_both_counts(
 ) -> None:
     whole = log()
     pack = battery(whole, series=None, voltage_V=np.full(whole.batteries[0].time_s.size, top_V))
-    (warning,) = choose_series(pack, "test").warnings
+    (warning,) = choose_series(pack, pack.voltage_V, "test").warnings
     assert counts in warning.message
 
 
@@ -269,7 +285,7 @@ def test_a_voltage_that_full_lihv_cells_have_too_names_both_counts(
 def test_a_voltage_that_only_one_count_has_names_no_other(top_V: float) -> None:
     whole = log()
     pack = battery(whole, series=None, voltage_V=np.full(whole.batteries[0].time_s.size, top_V))
-    (warning,) = choose_series(pack, "test").warnings
+    (warning,) = choose_series(pack, pack.voltage_V, "test").warnings
     assert "LiHV" not in warning.message
 
 
@@ -281,7 +297,7 @@ def test_cells_are_inferred_where_the_log_is_silent_or_cannot_be_right(
     whole = log()
     t = whole.batteries[0].time_s
     pack = battery(whole, series=said, voltage_V=cells * (4.18 - 0.5 * t / t[-1]))
-    got = choose_series(pack, "test")
+    got = choose_series(pack, pack.voltage_V, "test")
     assert got.series == cells
     assert got.inferred == (said != cells)
     assert codes(got.warnings) == (["cell_count_inferred"] if got.inferred else [])
