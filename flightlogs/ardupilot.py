@@ -31,6 +31,8 @@ KEPT = re.compile(
     r"^(BATT\d?_|BAT\d_|FRAME|Q_ENABLE|SYSID_THISMAV|SYS_AUTOSTART|MAV_TYPE|AHRS_EKF_TYPE"
     r"|VOLT_DIVIDER|AMP_PER_VOLT|CA_ROTOR_COUNT|MOT_BAT|MOT_SPIN|RCMAP_|SERVO_BLH)"
 )
+CAPACITY = re.compile(r"BATT\d?_CAPACITY")
+DEFAULT_CAPACITY_C = 3300 * 3.6  # AP_BATT_CAPACITY_DEFAULT, of every battery monitor
 LEAP_SECONDS = ((2017.0, 18), (2015.5, 17), (2012.5, 16), (0.0, 15))  # GPS ahead of UTC, IERS
 GPS_EPOCH_UNIX_S = 315964800
 WEEK_S = 604800
@@ -105,6 +107,12 @@ def capacity_C(parameters: Mapping[str, float], index: int) -> float | None:
     """Pack capacity from BATT_CAPACITY, BATT2_CAPACITY, ... [C]."""
     value = parameters.get(_battery_parameter(index, "CAPACITY"), 0.0)
     return value * 3.6 if value > 0 else None
+
+
+def untouched_capacity(parameters: Mapping[str, float], stated_C: float) -> bool:
+    """Whether a capacity is the one that ArduPilot has where nobody entered any."""
+    own_C = [v * 3.6 for k, v in parameters.items() if CAPACITY.fullmatch(k)]
+    return stated_C == DEFAULT_CAPACITY_C and DEFAULT_CAPACITY_C in own_C
 
 
 def serial(parameters: Mapping[str, float], index: int) -> str:

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from flightlogs import quality
+from flightlogs.ardupilot import untouched_capacity
 from flightlogs.errors import LogWarning, Refusal
 from flightlogs.flight import Flights, choose_flight, refuse_other_vehicles
 from flightlogs.held import current_held_warning, measured_anew, voltage_held_warning
@@ -68,7 +69,7 @@ def assemble(
     velocity, velocity_warnings = _credible_velocity(log, flights)
     slope = _slope(voltage, current, flights)
     ratio = _coulomb(pack, current, flights)
-    capacity_C, capacity_doubt = _capacity(pack, current)
+    capacity_C, capacity_doubt = _capacity(log, pack, current)
     voltage_V = _on(voltage.time_s, voltage.values_V, t, fill=True)
     flying = within(t, (flights.flight,))
     doubts = (
@@ -224,19 +225,31 @@ def _coulomb(pack: BatteryLog, current: _Current, flights: Flights) -> float | N
     return quality.coulomb_check(t, current.values[flying], counter)
 
 
-def _capacity(pack: BatteryLog, current: _Current) -> tuple[float | None, LogWarning | None]:
+def _capacity(
+    log: FlightLog, pack: BatteryLog, current: _Current
+) -> tuple[float | None, LogWarning | None]:
     """What the log states, unless more was drawn in this flight than such a pack holds."""
     stated_C, drawn_C = pack.capacity_C, measured_charge_C(current.time_s, current.values)
     if stated_C is None:
         text = "the log does not say the pack's capacity: state it in pack.toml"
         return None, LogWarning("capacity_unknown", text, pack.label)
     if drawn_C <= MOST_DRAWN * stated_C:
-        return stated_C, None
+        return stated_C, _default_capacity_warning(log, stated_C, pack.label)
     text = (
         f"the log states a capacity of {stated_C / AH_C:.3g} Ah, and {drawn_C / AH_C:.3g} Ah were "
         "drawn: it is not believed (or the current is logged too large); state it in pack.toml"
     )
     return None, LogWarning("capacity_doubtful", text, pack.label)
+
+
+def _default_capacity_warning(log: FlightLog, stated_C: float, where: str) -> LogWarning | None:
+    if not untouched_capacity(dict(log.parameters), stated_C):
+        return None
+    text = (
+        f"the log states a capacity of {stated_C / AH_C:.3g} Ah, which is what ArduPilot takes "
+        "where nobody entered one: the pack may have another; state it in pack.toml"
+    )
+    return LogWarning("capacity_doubtful", text, where)
 
 
 def _simulation_warning(log: FlightLog) -> LogWarning | None:

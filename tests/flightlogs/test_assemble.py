@@ -238,6 +238,25 @@ def test_a_capacity_that_is_less_than_what_was_drawn_is_not_believed(
         assert f"states a capacity of {stated}, and {drawn} were drawn" in got.warnings[0].message
 
 
+@pytest.mark.parametrize(
+    ("name", "stated_mAh", "code"),
+    [
+        ("BATT_CAPACITY", 3300.0, "capacity_doubtful"),
+        ("BATT2_CAPACITY", 3300.0, "capacity_doubtful"),
+        ("BATT_CAPACITY", 3301.0, None),
+        ("BAT1_CAPACITY", 3300.0, None),  # of PX4, which has no such default
+    ],
+)
+def test_the_capacity_that_ardupilot_begins_with_is_doubted_and_kept(
+    name: str, stated_mAh: float, code: str | None
+) -> None:
+    whole = log()
+    pack = replace(whole.batteries[0], capacity_C=3.6 * stated_mAh)
+    got = assemble(replace(whole, batteries=(pack,), parameters=((name, stated_mAh),)))
+    assert codes(got) == ([code] if code else [])
+    assert got.capacity_C == 3.6 * stated_mAh
+
+
 def test_samples_of_other_channels_are_not_bridged_across_a_hole() -> None:
     whole = log()
     assert whole.velocity_m_s is not None
