@@ -49,8 +49,8 @@ def in_flight(recording: Recording) -> npt.NDArray[np.bool_]:
 
 
 def judged_of(recording: Recording) -> npt.NDArray[np.bool_]:
-    """(n,) those of them whose voltage does not repeat one before, see `measured_anew`."""
-    judged = in_flight(recording)
+    """(n,) those of them with a voltage that does not repeat one before, see `measured_anew`."""
+    judged = in_flight(recording) & np.isfinite(recording.voltage_V)
     judged[judged] = measured_anew(recording.voltage_V[judged], recording.current_A[judged])
     return judged
 

@@ -22,7 +22,7 @@ from flightlogs.select import (
     choose_battery,
     choose_series,
 )
-from flightlogs.voltage import Voltage, choose_voltage
+from flightlogs.voltage import Voltage, choose_voltage, where_measured
 
 if TYPE_CHECKING:
     from flightlogs.align import AlignedSensor
@@ -70,14 +70,19 @@ def assemble(
     slope = _slope(voltage, current, flights)
     ratio = _coulomb(pack, current, flights)
     capacity_C, capacity_doubt = _capacity(log, pack, current)
-    voltage_V = _on(voltage.time_s, voltage.values_V, t, fill=True)
+    straight_V = _on(voltage.time_s, voltage.values_V, t, fill=True)
+    voltage_V = straight_V
+    cells_V = _on(pack.time_s, pack.cell_voltage_V, t)
+    if sensor is not None:
+        voltage_V = where_measured(voltage.time_s, voltage.values_V, t)
+        cells_V = where_measured(pack.time_s, pack.cell_voltage_V, t)
     flying = within(t, (flights.flight,))
     doubts = (
         quality.sign_warning(t[flying], current.values[flying], current.source),
         quality.scale_warning(slope, cells.series, capacity_C, current.source),
         quality.coulomb_warning(ratio, current.source),
         gap_warning(t, flights.flight, current.source),
-        None if voltage.values_V is None else voltage_warning(voltage_V[flying], voltage.source),
+        None if voltage.values_V is None else voltage_warning(straight_V[flying], voltage.source),
         quality.saturation_warning(current.values[flying], current.source),
         current_held_warning(current.repeats, t.size, current.source),
         voltage_held_warning(voltage_V[flying], current.values[flying], voltage.source),
@@ -96,9 +101,7 @@ def assemble(
         temperature_K=None
         if pack.temperature_K is None
         else _on(pack.time_s, pack.temperature_K, t),
-        cell_voltage_V=None
-        if pack.cell_voltage_V is None
-        else _on(pack.time_s, pack.cell_voltage_V, t),
+        cell_voltage_V=None if pack.cell_voltage_V is None else cells_V,
         velocity_m_s=_channel(velocity, t),
         velocity_setpoint_m_s=_channel(log.velocity_setpoint_m_s, t),
         setpoint_source=log.velocity_setpoint_m_s.source if log.velocity_setpoint_m_s else "",

@@ -46,7 +46,8 @@ class Recording:
     """One battery during one flight, on the autopilot's clock.
 
     The time base is that of the current samples (autopilot or aligned sensor); the other channels
-    are interpolated to it where they have samples close enough, NaN elsewhere.
+    are interpolated to it where they have samples close enough, NaN elsewhere. On the times of a
+    sensor the voltages stand only at the samples next to those at which they were measured.
 
     Attributes:
         name: file the flight came from.

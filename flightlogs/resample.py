@@ -42,6 +42,22 @@ def resample(time_s: FloatArray, values: FloatArray, at_s: FloatArray) -> FloatA
     return out
 
 
+def straight(time_s: FloatArray, values: FloatArray) -> FloatArray:
+    """(n,) with what is NaN straight between the finite ones beside it, if these are close."""
+    known = np.isfinite(values)
+    return resample(time_s[known], values[known], time_s)
+
+
+def nearest(time_s: FloatArray, at_s: FloatArray) -> npt.NDArray[np.bool_]:
+    """(m,) True for those of the times `at_s` that are the nearest to one of `time_s` (n,)."""
+    out = np.zeros(at_s.shape, dtype=bool)
+    if at_s.size:
+        after = np.clip(np.searchsorted(at_s, time_s), 1, max(at_s.size - 1, 1))
+        late = at_s[np.minimum(after, at_s.size - 1)] - time_s < time_s - at_s[after - 1]
+        out[np.minimum(after - 1 + late, at_s.size - 1)] = True
+    return out
+
+
 def within(at_s: FloatArray, spans: tuple[Interval, ...]) -> npt.NDArray[np.bool_]:
     """(m,) True inside any of the half-open spans."""
     inside = np.zeros(at_s.shape, dtype=bool)

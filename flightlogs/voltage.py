@@ -1,10 +1,16 @@
-"""The voltage that is used: the autopilot's, or where it has none that of the current sensor."""
+"""The voltage that is used, and which samples of the current it is measured at.
+
+It is the autopilot's, or where it has none that of the current sensor.
+"""
 
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
+import numpy as np
+
 from flightlogs.errors import LogWarning
 from flightlogs.log import BatteryLog, FloatArray
+from flightlogs.resample import nearest, resample
 from flightlogs.select import of_a_pack
 
 if TYPE_CHECKING:
@@ -43,3 +49,26 @@ def choose_voltage(pack: BatteryLog, sensor: "AlignedSensor | None") -> Voltage:
     return Voltage(
         time_s=sensor.time_s, values_V=sensor.voltage_V, source="sensor", warnings=(said,)
     )
+
+
+def where_measured(time_s: FloatArray, values: FloatArray | None, on_s: FloatArray) -> FloatArray:
+    """A channel drawn straight, kept only at the samples of the current next to its own.
+
+    What is between them was not measured: to the noise it is silence, and a fit counts it as if it
+    were another sample.
+
+    Args:
+        time_s: (n,) of the samples of the channel.
+        values: (n,) or (n, k), NaN where not measured; None if the channel was not logged.
+        on_s: (m,) of the samples of the current.
+
+    Returns:
+        (m,) or (m, k); NaN elsewhere.
+    """
+    if values is None:
+        return np.full(on_s.shape, np.nan)
+    if values.ndim > 1:
+        return np.column_stack([where_measured(time_s, column, on_s) for column in values.T])
+    known = np.isfinite(values)
+    drawn = resample(time_s[known], values[known], on_s)
+    return np.where(nearest(time_s[known], on_s), drawn, np.nan)

@@ -1,8 +1,11 @@
 """`cut`: a recording into segments of one motion each."""
 
+from dataclasses import replace
+
 import numpy as np
 
 from flightlogs.recording import Recording
+from flightlogs.resample import straight
 from segment.command import BASES, Command, commanded
 from segment.detector import GROUND, MOTIONS, UNKNOWN, MotionDetector
 from segment.runs import IntArray, constant_runs, pieces
@@ -17,11 +20,13 @@ def cut(recording: Recording, detector: MotionDetector | None = None) -> tuple[S
     one: at the last sample), so charges add up to the recording's. Nothing is known inside a gap
     longer than `detector.gap_s`: the segment before it stops at its last sample, the one behind
     starts anew. Where no velocity is known the motion is MIXED with Basis.NONE; the ground is told
-    by the in-air flag, trimmed by height and current (Basis.NONE).
+    by the in-air flag, trimmed by height and current (Basis.NONE). For the energy the voltage runs
+    straight between the samples at which it was measured.
     """
     detector = detector or MotionDetector()
     command = commanded(recording, detector.sticks)
     airborne = detector.airborne.find(recording)
+    recording = replace(recording, voltage_V=straight(recording.time_s, recording.voltage_V))
     out: list[Segment] = []
     for a, b in pieces(recording.time_s, detector.gap_s):
         if b - a >= 2:

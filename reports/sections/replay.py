@@ -105,11 +105,12 @@ def _figure(report: FlightReport, played: Replay) -> Figure:
     solution, m = played.solution, played.solution.time_s.size
     canvas, axes = plots.panels([2.4, 1.6, 1.6])
     plots.shade(axes, report.segments)
-    plots.line(axes[0], solution.time_s, played.recorded_V[:m], plots.MEASURED, "recorded")
+    known = np.isfinite(played.recorded_V[:m])  # beside a sensor's current it is not at every one
+    known_s = solution.time_s[known]
+    plots.line(axes[0], known_s, played.recorded_V[:m][known], plots.MEASURED, "recorded")
     plots.line(axes[0], solution.time_s, solution.voltage_V, plots.SIMULATED, "simulated")
-    plots.line(
-        axes[1], solution.time_s, 1000 * played.residual_V, plots.COMMANDED, "recorded − simulated"
-    )
+    residual_mV = 1000 * played.residual_V[known]
+    plots.line(axes[1], known_s, residual_mV, plots.COMMANDED, "recorded − simulated")
     axes[1].axhline(0.0, color=plots.MEASURED, linewidth=0.6)
     plots.line(axes[2], solution.time_s, 100 * solution.soc, plots.MEASURED, "state of charge")
     warm = plots.second_scale(axes[2])

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from analyze.pack_choice import cell_of
-from analyze.replaying import gap_steps, gaps_of, replay
+from analyze.replaying import gap_steps, gaps_of, judged_of, replay
 from analyze.start import pack_use
 from flightlogs.holes import holes
 from flightlogs.log import Interval
@@ -61,3 +61,10 @@ def test_the_replay_draws_the_recorded_charge_and_is_judged_in_flight() -> None:
     assert abs(played.solution.audit.charge_error_C) < 1e-9 * drawn_C
     assert played.judged.sum() == np.sum((example.T >= 10.0) & (example.T <= 56.0))
     np.testing.assert_array_equal(played.solution.time_s, recording.time_s)
+
+
+def test_a_sample_without_a_voltage_is_not_judged() -> None:
+    full = example.recording()
+    seen = np.arange(example.T.size) % 2 == 0
+    sparse = example.recording(voltage_V=np.where(seen, full.voltage_V, np.nan))
+    np.testing.assert_array_equal(judged_of(sparse), judged_of(full) & seen)

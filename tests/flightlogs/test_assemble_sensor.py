@@ -23,12 +23,6 @@ def test_the_sensor_gives_the_current_and_the_times() -> None:
     np.testing.assert_array_equal(got.time_s, t[kept])
     np.testing.assert_array_equal(got.current_A, amps[kept])
     assert (got.current_source, got.alignment) == ("sensor", FIT)
-    inside = got.time_s < 49.7
-    np.testing.assert_allclose(
-        got.voltage_V[inside],
-        np.interp(got.time_s, px4.times(5.0), px4.trace(px4.times(5.0)).voltage_V)[inside],
-        rtol=1e-5,
-    )
     assert got.resistance_ohm == pytest.approx(px4.RESISTANCE_OHM, rel=0.05)
 
 
@@ -87,6 +81,42 @@ def test_of_several_flights_the_one_that_the_sensor_recorded_is_taken() -> None:
 def without_voltage(**changes: object) -> FlightLog:
     whole = log()
     return replace(whole, batteries=(replace(whole.batteries[0], voltage_V=None, **changes),))
+
+
+@pytest.mark.parametrize("rate_Hz", [10.0, 25.0])
+def test_a_voltage_stands_only_next_to_where_it_was_measured(rate_Hz: float) -> None:
+    whole, t = log(), px4.times(rate_Hz) + 0.013
+    (pack,) = whole.batteries
+    assert pack.voltage_V is not None
+    cells_V = np.column_stack([pack.voltage_V / 4 + 0.01 * k for k in range(4)])
+    cells_V[100:140, 2] = np.nan
+    got = assemble(
+        replace(whole, batteries=(replace(pack, cell_voltage_V=cells_V),)), sensor=measuring(t)
+    )
+    expected = np.zeros(t.size, dtype=bool)
+    expected[[int(np.argmin(np.abs(t - at))) for at in pack.time_s]] = True
+    known = np.isfinite(got.voltage_V)
+    inside = (got.time_s > pack.time_s[1]) & (got.time_s < pack.time_s[-2])
+    np.testing.assert_array_equal(known[inside], expected[inside])
+    straight_V = np.interp(got.time_s, pack.time_s, pack.voltage_V)
+    np.testing.assert_allclose(got.voltage_V[known], straight_V[known], rtol=1e-12)
+    assert got.cell_voltage_V is not None
+    for k, cell_V in enumerate(got.cell_voltage_V.T):
+        lost = (got.time_s > 19.8) & (got.time_s < 28.0) & (k == 2)  # measured at both ends
+        np.testing.assert_array_equal(np.isfinite(cell_V), known & ~lost)
+    assert codes(got) == []  # the share of the flight without a voltage is that between its gaps
+
+
+def test_a_gap_in_the_voltage_beside_a_sensor_is_said_with_its_share_of_the_flight() -> None:
+    whole = log()
+    (pack,) = whole.batteries
+    assert pack.voltage_V is not None
+    lost = replace(pack, voltage_V=np.where(pack.time_s < 25, pack.voltage_V, np.nan))
+    (said,) = assemble(
+        replace(whole, batteries=(lost,)), sensor=measuring(px4.times(10.0))
+    ).warnings
+    assert said.code == "gaps_in_voltage"
+    assert "not known in 50% of the flight" in said.message
 
 
 def measuring(t: np.ndarray, *, volts: np.ndarray | None = None) -> AlignedSensor:

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from flightlogs.errors import LogWarning
+from reports import plots
 from reports.flight import Fitting, Gaps
 from reports.section import Section, Severity
 from reports.sections import FLIGHT_SECTIONS
@@ -246,6 +247,21 @@ def test_the_replay_error_is_that_of_the_flight() -> None:
     error = (report.recording.voltage_V - solution.voltage_V)[air]
     rmse = 1000 * float(np.sqrt(np.mean(error**2)))
     assert values(replay(report))["Voltage error, RMS"] == f"{rmse:.1f} mV"
+
+
+def test_the_recorded_line_runs_on_between_the_samples_with_a_voltage(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """Beside a sensor's current every second one may have none."""
+    drawn = {}
+    monkeypatch.setattr(plots, "line", lambda _, t, y, *look: drawn.update({look[1]: (t, y)}))
+    report = example.report()
+    seen = np.arange(example.T.size) % 2 == 0
+    sparse_V = np.where(seen, report.recording.voltage_V, np.nan)
+    replay(replace(report, replay=replace(report.replay, recorded_V=sparse_V)))
+    for label in ("recorded", "recorded − simulated"):
+        np.testing.assert_array_equal(drawn[label][0], example.T[seen])
+        assert np.isfinite(drawn[label][1]).all()
 
 
 def said(of: Finding) -> str:

@@ -233,3 +233,13 @@ def test_a_steady_hover_flight_is_one_hover_between_take_off_and_landing():
     names = [s.motion for s in cut(to_recording(flight, seed=5))]
     ground = Motion.GROUND
     assert names == [ground, Motion.TAKEOFF, Motion.HOVER, Motion.LANDING, ground]
+
+
+def test_the_energy_runs_straight_between_the_voltages_that_were_measured() -> None:
+    ramp_V = 16.0 - 0.01 * np.arange(201)
+    place = np.arange(ramp_V.size)
+    (whole,) = cut(still(ramp_V.size, voltage_V=ramp_V))
+    (sparse,) = cut(still(ramp_V.size, voltage_V=np.where(place % 2, np.nan, ramp_V)))
+    assert sparse.load.energy_J == pytest.approx(whole.load.energy_J, rel=1e-12)
+    hole_V = np.where(np.abs(place - 100) < 20, np.nan, ramp_V)
+    assert np.isnan(cut(still(ramp_V.size, voltage_V=hole_V))[0].load.energy_J)
