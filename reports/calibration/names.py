@@ -38,6 +38,7 @@ VERDICT_COLOUR = {
     Verdict.IDENTIFIED: "#00805d",
     Verdict.PARTLY: "#b87300",
     Verdict.PRIOR: "#767676",
+    Verdict.UNTOLD: "#767676",
     Verdict.AT_BOUND: "#c04d00",
 }
 

@@ -45,6 +45,7 @@ def headline(found: Calibration) -> str:
 WORDS = {
     Verdict.PARTLY: "tell something of",
     Verdict.AT_BOUND: "push to its bound",
+    Verdict.UNTOLD: "do not narrow",
     Verdict.PRIOR: "do not show",
 }
 

@@ -218,7 +218,8 @@ def test_the_sentence_counts_what_is_listed() -> None:
     assert len(cell_estimates(found())) == 23  # Table I has 21, beside capacity and resistance
     assert f"of its 23 parameters these tests identify {count[Verdict.IDENTIFIED]}" in text
     assert f"tell something of {count[Verdict.PARTLY]}" in text
-    assert f"do not show {count[Verdict.PRIOR]}." in text
+    assert count[Verdict.PRIOR] == 0  # it is at the truth, not at a fit: what is untold is moved
+    assert f"do not narrow {count[Verdict.UNTOLD]}." in text
     assert "as close as their noise allows" in text
     least = max(cell_estimates(found()), key=lambda e: e.left_of_prior)
     assert uncertain(found()).startswith(f"Uncertain: {called(least.name).text.replace(':', '')}")

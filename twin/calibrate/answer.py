@@ -31,6 +31,8 @@ MOST_OF_PRIOR, SOME_OF_PRIOR = 0.5, 0.98
 """Standard error over that of the prior. What is told a little is not held at its prior: what it
 could have taken up would go into numbers that are told well (at 0.9 a measured pouch's 1C discharge
 started at 1 % more charge than it did)."""
+UNMOVED = 0.2
+"""Of the prior's deviation: by what data move a number that leave 0.98 of it, usually."""
 AT_BOUND = 0.1  # standard errors
 SHOWN_LOADINGS = 4
 
@@ -41,6 +43,7 @@ class Verdict(Enum):
     IDENTIFIED = "identified"
     PARTLY = "partly: the prior has a share in it"
     PRIOR = "not identified by these tests: its prior"
+    UNTOLD = "not identified by these tests, though the fit moved it"
     AT_BOUND = "at its bound"
 
 
@@ -240,12 +243,14 @@ def estimated(
 ) -> tuple[Estimate, ...]:
     """Of (k,) coordinates with their standard errors, and those of the prior.
 
-    What is `held` (k,) is its prior; what was fitted is not, however little is told of it.
+    What is `held` (k,) is its prior, and so is what was fitted, is not told, and stands there. What
+    was moved is not, however little is told of it.
     """
     out = []
     for k, p in enumerate(parameters):
         value, error = p.value(float(q[k])), float(std[k])
         (low, high), left = p.bounds, error / float(prior_std[k])
+        unmoved = bool(held[k] or abs(q[k]) < UNMOVED * prior_std[k])
         near = bool(min(q[k] - low, high - q[k]) < AT_BOUND * error)
         ends = (max(q[k] - NINETY * error, low), min(q[k] + NINETY * error, high))
         estimate = Estimate(
@@ -257,17 +262,19 @@ def estimated(
             upper=p.value(float(ends[1])),
             prior=p.mean,
             left_of_prior=left,
-            verdict=Verdict.PRIOR if held[k] else _verdict(min(left, SOME_OF_PRIOR), near=near),
+            verdict=_verdict(left, near=near, moved=not unmoved),
         )
         out.append(estimate)
     return tuple(out)
 
 
-def _verdict(left: float, *, near: bool) -> Verdict:
-    if left > SOME_OF_PRIOR:
+def _verdict(left: float, *, near: bool, moved: bool = False) -> Verdict:
+    if left > SOME_OF_PRIOR and not moved:
         return Verdict.PRIOR
     if near:
         return Verdict.AT_BOUND
+    if left > SOME_OF_PRIOR:
+        return Verdict.UNTOLD
     return Verdict.IDENTIFIED if left <= MOST_OF_PRIOR else Verdict.PARTLY
 
 

@@ -84,7 +84,7 @@ def explain(  # noqa: PLR0913
     return Finding(
         verdict=decision.verdict,
         effects=decision.effects,
-        spans=_located(data),
+        spans=_located(data, unknown=unknown),
         drivers=drivers(*answers)[:SHOWN_DRIVERS],
         terms=terms(*answers) if unknown else (),
         errors=Errors(
@@ -251,8 +251,11 @@ def _starts(null: Fitted) -> tuple[str, ...]:
     )
 
 
-def _located(data: Data) -> tuple[Span, ...]:
-    """Of the twin as configured, in every recording once."""
+def _located(data: Data, *, unknown: bool) -> tuple[Span, ...]:
+    """Of the twin as configured, in every recording once.
+
+    Where what is left is unknown, it is no noise of a filter: that was told by it.
+    """
     whole: dict[str, tuple[Flight, Whitener]] = {}
     for flight, whiten in (*data.fitted, *data.held_out):
         if flight.name in whole:  # one recording, of which parts are fitted and parts held out
@@ -261,7 +264,11 @@ def _located(data: Data) -> tuple[Span, ...]:
     found = [
         s
         for flight, whiten in whole.values()
-        for s in spans(flight, _residual_V(flight), whiten.noise)
+        for s in spans(
+            flight,
+            _residual_V(flight),
+            replace(whiten.noise, smooth=None) if unknown else whiten.noise,
+        )
     ]
     return shared(found)
 

@@ -65,9 +65,14 @@ def test_of_parameters_that_only_a_sum_is_told_of_some_stay_free() -> None:
 
 @pytest.mark.parametrize(
     ("held", "q", "verdict"),
-    [("a", 0.0, Verdict.PRIOR), ("", 1.2, Verdict.PARTLY), ("", 3.0, Verdict.AT_BOUND)],
+    [
+        ("a", 0.0, Verdict.PRIOR),
+        ("", 0.1, Verdict.PRIOR),
+        ("", 1.2, Verdict.UNTOLD),
+        ("", 3.0, Verdict.AT_BOUND),
+    ],
 )
-def test_what_was_fitted_is_never_said_to_be_its_prior(
+def test_what_was_moved_is_never_said_to_be_its_prior(
     held: str, q: float, verdict: Verdict
 ) -> None:
     """However wide: what is left of its tests may be as large as the prior, or more."""
