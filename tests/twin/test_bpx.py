@@ -91,13 +91,10 @@ def test_functions_are_values_that_cross_to_another_process() -> None:
     assert hash(cell) == hash(load_cell("lg_m50"))
 
 
-def test_a_text_without_x_serves_a_vector() -> None:
-    assert ca.DM(ca.evalf(Expression("3e-10")(ca.SX(np.zeros((2, 3)))))).shape == (2, 3)
-
-
-def test_a_constant_does_not_depend_on_its_argument() -> None:
+@pytest.mark.parametrize("constant", [Constant(4.0), Expression("4.0")])
+def test_a_constant_has_the_shape_of_its_argument_and_does_not_depend_on_it(constant) -> None:
     x = ca.SX.sym("x", 3)
-    value = Constant(4.0)(x)
+    value = constant(x)
     assert value.shape == (3, 1)
     assert not ca.depends_on(value, x)
 
