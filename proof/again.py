@@ -13,7 +13,7 @@ from proof.judged import judged_trial
 from proof.ledger import Entry
 from proof.out import IN_JSON, proof_json
 from proof.outcome import Baseline, Judged, NotMade, Opened, Proof
-from proof.places import BEGUN, COMPARED, JUDGED, TRIALS, TRUTH, WRITTEN
+from proof.places import ASKED, COMPARED, JUDGED, TRIALS, TRUTH, WRITTEN
 from proof.seal import truth_of
 
 SAME = 1e-9  # relative: numbers go to mV and back, which rounds
@@ -32,7 +32,7 @@ def proof_again(out: Path, shown: Mapping[str, Any], entries: Sequence[Entry]) -
     events: dict[str, dict[str, Entry]] = {}
     for entry in entries:
         events.setdefault(entry.trial, {})[entry.event] = entry
-    begun = json.loads((out / BEGUN).read_text(encoding="utf-8"))
+    begun = json.loads((out / ASKED).read_text(encoding="utf-8"))
     trials = tuple(
         _trial(out / TRIALS, t, events[t["name"]], begun["sources"][t["name"]])
         for t in shown["trials"]

@@ -22,8 +22,18 @@ from proof.ledger import (
 )
 from proof.out import VERSION
 from proof.outcome import NotMade
-from proof.places import BEGUN as BEGUN_FILE
-from proof.places import JUDGED, LEDGER, PAGE, PROOF, QUESTION, SEALED, TRIALS, TRUTH, WRITTEN
+from proof.places import (
+    ASKED,
+    JUDGED,
+    LEDGER,
+    PAGE,
+    PROOF,
+    QUESTION,
+    SEALED,
+    TRIALS,
+    TRUTH,
+    WRITTEN,
+)
 from proof.seal import truth_text, unseal
 
 
@@ -148,12 +158,12 @@ def _not_opened(entries: Sequence[Entry]) -> Iterator[str]:
 def _of_code(out: Path, entries: Sequence[Entry]) -> Iterator[str]:
     """Every verdict is by the code that the run began with."""
     try:
-        began = json.loads((out / BEGUN_FILE).read_bytes())["code"]
+        began = json.loads((out / ASKED).read_bytes())["code"]
         for entry in (e for e in entries if e.event == "judged"):
             if json.loads((out / _path(entry, JUDGED)).read_bytes())["code"] != began:
                 yield f"{entry.trial}: judged by other code than the run began with"
     except (LookupError, TypeError, ValueError, OSError) as e:
-        yield f"{BEGUN_FILE}: by which code was judged cannot be told: {type(e).__name__}: {e}"
+        yield f"{ASKED}: by which code was judged cannot be told: {type(e).__name__}: {e}"
 
 
 def _of_proof(out: Path, entries: Sequence[Entry]) -> Iterator[str]:

@@ -9,14 +9,14 @@ COMPARED = "compared.json"
 """Of one trial: baselines, channels and capacity, computed when its truth was open."""
 JUDGED = "judged.json"
 """Beside the verdict: how long it took, and the code that gave it."""
-BEGUN = "begun.json"
+ASKED = "begun.json"
 """Of all: seed and command, versions and code, and whose each trial is."""
 PROOF, PAGE = "proof.json", "proof.html"
 
 
 def in_the_way(out: Path) -> Path | None:
     """A folder that has the name of a file of ours, or the other way round."""
-    for name in (LEDGER, BEGUN, PROOF, PAGE):
+    for name in (LEDGER, ASKED, PROOF, PAGE):
         if (out / name).is_dir():
             return out / name
     trials = out / TRIALS

@@ -25,12 +25,11 @@ from proof.capacity import predicted_capacity_C
 from proof.compare import adopted, opened
 from proof.judge import Verdict, judge
 from proof.judged import judged_trial
-from proof.ledger import BEGUN as BEGUN_EVENT
-from proof.ledger import LEFT, Entry, Ledger, left_out, sha256_of, sha256_of_folder
+from proof.ledger import BEGUN, LEFT, Entry, Ledger, left_out, sha256_of, sha256_of_folder
 from proof.out import compared_json
 from proof.outcome import Judged, NotMade
 from proof.places import (
-    BEGUN,
+    ASKED,
     COMPARED,
     JUDGED,
     LEDGER,
@@ -111,7 +110,7 @@ class _Run:
     """Three phases, and why trials did not come through one: `reasons`."""
 
     def __init__(self, out: Path, jobs: int, watch: Watch) -> None:
-        for file in (BEGUN, PROOF, PAGE):  # of an earlier call, as are the trials below
+        for file in (ASKED, PROOF, PAGE):  # of an earlier call, as are the trials below
             (out / file).unlink(missing_ok=True)
         self.ledger, self.reasons = Ledger(out / LEDGER), dict[str, str]()
         self._folder, self._jobs, self._watch = out / TRIALS, jobs, watch
@@ -122,8 +121,8 @@ class _Run:
     def begin(self, asked: Mapping[str, Any]) -> None:
         """What is to be done, by which code."""
         text = json.dumps({**asked, "code": code()}, indent=1) + "\n"
-        write_whole(self._folder.parent / BEGUN, text)
-        self.ledger.append(BEGUN_EVENT, "", {BEGUN: sha256_of(text.encode())})
+        write_whole(self._folder.parent / ASKED, text)
+        self.ledger.append(BEGUN, "", {ASKED: sha256_of(text.encode())})
 
     def seal(self, trials: Sequence[Trial]) -> dict[str, Sealed]:
         """Every truth that can be made."""
