@@ -150,7 +150,9 @@ def _capacity(
     if file and file.pack.capacity_ah is not None:
         return Known(value=3600 * file.pack.capacity_ah, origin="pack file")
     if recording and recording.capacity_C is not None:
-        return Known(value=recording.capacity_C, origin="parameter in the log")
+        doubted = any(w.code == "capacity_doubtful" for w in recording.warnings)
+        origin = "parameter in the log" + (", which may be ArduPilot's default" if doubted else "")
+        return Known(value=recording.capacity_C, origin=origin, known=not doubted)
     origin = f"not known: that of the cell {cell.name} was taken"
     return Known(value=cell.nominal_capacity_C * parallel, origin=origin, known=False)
 

@@ -8,6 +8,7 @@ import pytest
 
 from analyze.pack_choice import cell_beside, cell_of, read_pack
 from analyze.start import pack_of, pack_use, rest_voltage
+from flightlogs.log import LogWarning
 from reports.flight import PackUse
 from tests.reports import example
 from twin.at_rest import open_circuit_V
@@ -65,6 +66,17 @@ def test_a_capacity_nobody_knows_is_that_of_the_cell_and_said_so() -> None:
     assert "not known" in use.origins["capacity_C"]
     assert not use.capacity_known
     assert use.rated_C is None
+
+
+def test_a_capacity_that_may_be_the_autopilots_default_is_no_rating() -> None:
+    doubt = LogWarning("capacity_doubtful", "what ArduPilot takes where nobody entered one")
+    recording = replace(example.recording(), warnings=(doubt,))
+    use = pack_use(recording, None, CELL, builtin=True)
+    assert use.capacity_C == recording.capacity_C
+    assert use.origins["capacity_C"].endswith("which may be ArduPilot's default")
+    assert not use.capacity_known
+    assert use.rated_C is None
+    assert pack_use(recording, FILE, CELL, builtin=False).capacity_known
 
 
 def test_the_pack_file_wins_over_the_log_and_every_key_of_it_counts() -> None:
