@@ -10,6 +10,7 @@ from twin.mismatch.choose import ALIKE, NEARLY_ALL, Model, judged, scale_of
 from twin.mismatch.finding import Candidate, NamedEffect, Value, Verdict
 from twin.mismatch.fit import Fitted
 from twin.mismatch.hypothesis import Hypothesis
+from twin.mismatch.problem import rms
 from twin.mismatch.sizes import uncertainty
 
 NUMERICS_V = 7.5e-4
@@ -17,6 +18,7 @@ NUMERICS_V = 7.5e-4
 error of the numerics. This twin and PyBaMM on fine meshes differ by 0.1 to 0.57 mV
 (`tests/mismatch_cases`); of discharges by it to the end of a cell, with less lithium and a
 resistance, salt of 1.04 that was not there took 0.58 mV."""
+BY_CHANCE = 2.0  # standard deviations: of 44 predictions that are as good one seems so much worse
 TOLD = 0.98  # of the prior's deviation, beyond which a recording tells nothing of a number
 NOT_WHITE = (12.0, 70.0)
 """Over the root of the number of samples, and over that number: excess of what is left beyond 1,
@@ -77,9 +79,9 @@ def decide(models: Sequence[Model], scale: float, *, stated_V: float = 0.0) -> D
     own = bool(stated_V) and _errs_as_stated(null.fitted, stated_V)
     idle = not best.ids or null.probability > LIKELY or small or own
     if idle or _misleads(best.fitted, null.fitted):
-        verdict = Verdict.NONE if white(null.fitted) or own else Verdict.UNKNOWN
+        verdict = Verdict.NONE if nothing_left(null.fitted) or own else Verdict.UNKNOWN
         return Decision(verdict=verdict, model=null, effects=())
-    if not enough and not white(best.fitted):
+    if not enough and not nothing_left(best.fitted):
         models = [m for m in models if m.ids and nearly(m.fitted, null.fitted)]
         within = [m for m in models if set(m.ids) <= set(best.ids)]
         most_V = NOT_NOISE * best.fitted.judge.noise_V
@@ -166,15 +168,20 @@ def _simplest(models: Sequence[Model]) -> Model:
 def _hardly_less(fitted: Fitted, best: Fitted) -> bool:
     """What `best` says beyond is within the error of the numerics, and only noise is left."""
     changes_V = (*_changes_V(best, fitted), *_changes_V(fitted, best))  # for the better, the worse
-    return white(fitted) and max(changes_V) < NUMERICS_V * _series(best)
+    return nothing_left(fitted) and max(changes_V) < NUMERICS_V * _series(best)
 
 
 def _misleads(fitted: Fitted, without: Fitted) -> bool:
-    """What was not fitted is predicted worse than without: it says nothing of the cell.
+    """What was not fitted is predicted worse than without, beyond chance.
 
-    Residuals within the twin's own error look like noise to the evidence, however slow they are.
+    It says nothing of the cell: residuals within the twin's own error look like noise to the
+    evidence, however slow they are. Starts of what was held out are at their best: one that is a
+    little off, which nobody fitted, would make the right effect the worse.
     """
-    return fitted.held_out_rms_V() > without.held_out_rms_V()
+    left_V, before_V = fitted.started_V(), without.started_V()
+    chance_V = BY_CHANCE * fitted.judge.noise_V / sqrt(left_V.size)
+    more = float(np.mean(left_V**2 - before_V**2))
+    return more > 2.0 * chance_V * rms(left_V - before_V)
 
 
 def _within(fitted: Fitted, most_V: float) -> bool:
@@ -202,6 +209,11 @@ def _changes_V(fitted: Fitted, null: Fitted) -> tuple[float, float]:
 
 def _series(fitted: Fitted) -> int:
     return min(f.pack.series for f in fitted.judge.flights)
+
+
+def nothing_left(fitted: Fitted) -> bool:
+    """Nothing but noise, or what the numerics of two solvers differ by."""
+    return white(fitted) or _within(fitted, NUMERICS_V * _series(fitted))
 
 
 def white(fitted: Fitted) -> bool:

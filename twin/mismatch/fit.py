@@ -140,10 +140,16 @@ class Fitted:
     @property
     def _started(self) -> FloatArray:
         """Residuals held out, each recording's start at its best within its tolerance."""
-        r, own = self.ahead.residuals, self.ahead.slopes[:, self._shared :]
+        own = self.ahead.slopes[:, self._shared :]
+        return np.asarray(self.ahead.residuals + own @ self._moved_starts)
+
+    @property
+    def _moved_starts(self) -> FloatArray:
+        """(flights,) from where the starts of what was held out are to their best."""
+        own = self.ahead.slopes[:, self._shared :]
         inner = np.eye(own.shape[1]) + own.T @ own
-        pulled = own.T @ r + self._off[self._shared :]
-        return np.asarray(r - own @ np.linalg.solve(inner, pulled))
+        pulled = own.T @ self.ahead.residuals + self._off[self._shared :]
+        return np.asarray(-np.linalg.solve(inner, pulled))
 
     @property
     def _shared(self) -> int:
@@ -216,6 +222,10 @@ class Fitted:
     def held_out_rms_V(self) -> float:
         """The same of the held-out ones."""
         return self.ahead.rms_V
+
+    def started_V(self) -> FloatArray:
+        """(s,) the same, of each sample, their starts at their best within their tolerance."""
+        return np.asarray(self.ahead.left_V + self.ahead.by_start_V @ self._moved_starts)
 
     def starts_std(self) -> dict[str, float]:
         """Recording -> standard deviation of the state of charge at its start."""

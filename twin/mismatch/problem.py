@@ -36,19 +36,26 @@ rounding; derivatives agree with the exact ones of `sensitivity.py` to 1e-3 (tes
 faults change the load, for which those have none, and no hypothesis waits for a compiler."""
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Evidence:
     """Whitened residuals of some recordings at a point, and their derivative there.
 
     Attributes:
         residuals: (m,) unit variance if nothing is left out.
         slopes: (m, k) their derivative by the coordinates.
-        rms_V: recorded minus simulated there, samples that count; without what flowed before.
+        left_V: (s,) recorded minus simulated there, samples that count; without what flowed before.
+        by_start_V: (s, flights) derivative of that by the coordinate of each start.
     """
 
     residuals: FloatArray
     slopes: FloatArray
-    rms_V: float
+    left_V: FloatArray
+    by_start_V: FloatArray
+
+    @property
+    def rms_V(self) -> float:
+        """Of `left_V`."""
+        return rms(self.left_V)
 
 
 class Problem:
@@ -237,13 +244,8 @@ class Problem:
 
     def rms_V(self, q: FloatArray) -> float:
         """Recorded minus simulated, samples that count; without what flowed before."""
-        return self._rms_V([own[0] for own in self._residuals(self._each([q]))])
-
-    def _rms_V(self, residuals_V: Sequence[FloatArray]) -> float:
-        """Of all samples that count, one (n,) a recording; without what flowed before them."""
-        both = zip(self._whiteners, residuals_V, strict=True)
-        counted = [whiten.settled(r) for whiten, r in both]
-        return float(np.sqrt(np.mean(np.concatenate(counted) ** 2)))
+        both = zip(self._whiteners, self._residuals(self._each([q])), strict=True)
+        return rms(np.concatenate([whiten.settled(own[0]) for whiten, own in both]))
 
     def whitened(self, points: Sequence[FloatArray]) -> list[list[FloatArray]]:
         """(m,) of each recording, at each of the coordinates."""
@@ -266,12 +268,15 @@ class Problem:
             for flight in range(len(self.flights))
         ]
         asked = [(at, flight) for flight, own in enumerate(moved) for at in (q, *own)]
-        done, here_V, rows, slopes = iter(self._residuals(asked)), [], [], []
+        done, rows, slopes = iter(self._residuals(asked)), [], []
+        left_V, by_start_V = [], []
         for flight, points in enumerate(moved):
             here, *there = (next(done) for _ in (q, *points))
             own = list(self._columns(flight))
             steps = np.array([at[c] - q[c] for at, c in zip(points, own, strict=True)])
-            here_V.append(here[0])
+            settled = self._whiteners[flight].settled
+            left_V.append(settled(here[0]))
+            by_start_V.append(settled((there[-1][0] - here[0]) / steps[-1])[:, None])
             for k, whiten in enumerate(self._whiten[flight]):
                 changes = np.column_stack([r[k] - here[k] for r in there]) / steps
                 white = whiten(np.column_stack([here[k], changes]))
@@ -279,7 +284,12 @@ class Problem:
                 whole[:, own] = white[:, 1:]
                 rows.append(white[:, 0])
                 slopes.append(whole)
-        return Evidence(np.concatenate(rows), np.vstack(slopes), self._rms_V(here_V))
+        return Evidence(
+            residuals=np.concatenate(rows),
+            slopes=np.vstack(slopes),
+            left_V=np.concatenate(left_V),
+            by_start_V=block_diag(*by_start_V),
+        )
 
     def linearised(self, q: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Residuals, those of the prior included, and their derivative."""
@@ -312,6 +322,11 @@ class Problem:
 
     def _columns(self, flight: int) -> list[int]:
         return [*range(len(self._terms)), len(self._terms) + flight]
+
+
+def rms(values: FloatArray) -> float:
+    """Root of the mean square."""
+    return float(np.sqrt(np.mean(values**2)))
 
 
 def _white(ways: Sequence[Whitener | Whitening], residuals: Sequence[FloatArray]) -> FloatArray:

@@ -46,6 +46,7 @@ class Fit:
     excess: float = 1.0
     evidence: float = 0.0
     q: Any = field(default_factory=lambda: np.zeros(1))
+    left_V: Any = None
     problem: Any = field(default_factory=problem)
     there: Any = field(default_factory=lambda: SimpleNamespace(residuals=np.zeros(1000)))
     ahead: Any = field(default_factory=lambda: SimpleNamespace(residuals=np.zeros(1000)))
@@ -76,6 +77,9 @@ class Fit:
     def held_out_rms_V(self) -> float:
         return self.ahead_V
 
+    def started_V(self) -> Any:
+        return np.full(1000, self.ahead_V) if self.left_V is None else self.left_V
+
 
 def model(fit: Fit, log_evidence: float, probability: float) -> Model:
     return Model(fitted=cast(Any, fit), log_evidence=log_evidence, probability=probability)
@@ -95,6 +99,34 @@ def test_what_predicts_worse_than_nothing_is_not_named(excess: float, verdict: V
     found = decide([misled, null], 1.0)
     assert found.verdict is verdict
     assert found.effects == ()
+
+
+@pytest.mark.parametrize(("left_V", "verdict"), [(0.0008, Verdict.NONE), (0.0009, Verdict.UNKNOWN)])
+def test_what_solvers_differ_by_is_nothing_however_long_it_is_seen(
+    left_V: float, verdict: Verdict
+) -> None:
+    """Slow, it is no noise; beside noise of 0.4 mV, 0.75 mV of it make 0.85 mV."""
+    null = model(Fit((), left_V, left_V, excess=50.0), 0.0, 1e-9)
+    better = model(Fit(("ocv_hysteresis",), 0.0006, 0.0006), 20.0, 1.0)
+    assert decide([better, null], 1.0).verdict is verdict
+
+
+@pytest.mark.parametrize(("left_V", "named"), [(0.0008, True), (0.0009, False)])
+def test_what_solvers_differ_by_does_not_spoil_a_name(left_V: float, *, named: bool) -> None:
+    null = model(Fit((), 0.060, 0.060, excess=900.0), 0.0, 1e-9)
+    better = model(Fit(("ocv_hysteresis",), left_V, left_V, excess=50.0), 20.0, 1.0)
+    assert (decide([better, null], 1.0).verdict is Verdict.NAMED) == named
+
+
+@pytest.mark.parametrize(("worse_by", "verdict"), [(1.0, Verdict.NAMED), (3.0, Verdict.NONE)])
+def test_worse_by_chance_alone_spoils_no_effect(worse_by: float, verdict: Verdict) -> None:
+    """Held out it shows by a hundredth of the noise; deviations of what that makes by chance."""
+    noise, aside = np.tile([1.0, -1.0], 500), np.tile([1.0, 1.0, -1.0, -1.0], 250)
+    shown = aside + worse_by / np.sqrt(noise.size) * noise
+    null = Fit((), 0.02, NOISE_V, left_V=NOISE_V * noise)
+    right = Fit(("ocv_hysteresis",), NOISE_V, NOISE_V, left_V=NOISE_V * (noise + 0.01 * shown))
+    found = decide([model(right, 20.0, 1.0), model(null, 0.0, 1e-9)], 1.0)
+    assert found.verdict is verdict
 
 
 @pytest.mark.parametrize(

@@ -14,6 +14,7 @@ from twin.mismatch.fit import fit
 from twin.mismatch.hypothesis import HYPOTHESES
 from twin.mismatch.split import split
 from twin.mismatch.started import started, starts_of
+from twin.simulate import simulate
 
 OHM = 0.006
 RESISTANCE = SeriesResistance(resistance_ohm=OHM)
@@ -94,3 +95,17 @@ def test_a_recording_of_which_parts_are_held_out_has_one_start() -> None:
     assert own.ahead_q[-1] == own.q[-1] != 0.0
     assert own._off[-1] == 0.0
     assert starts_of(own)["flight 1"][0] == pytest.approx(late((), 1).pack.initial_soc, abs=0.01)
+
+
+def test_a_start_that_is_a_little_off_spoils_no_effect_that_hardly_shows_held_out() -> None:
+    """Full of the effect is what was fitted; of what was held out a start takes more than it."""
+    ohm = [h for h in HYPOTHESES if h.id == "series_resistance"]
+    weak = flown([RESISTANCE, InitialSoc(offset=0.003)], seed=2, noise_V=2e-3)
+    slow = replace(weak.load, current_A=weak.load.current_A / 20)
+    truth = replace(weak.pack, effects=(RESISTANCE, InitialSoc(offset=0.003)))
+    noise_V = np.random.default_rng(3).normal(0.0, 2e-3, slow.time_s.size)
+    answer_V = simulate(truth, slow).require().voltage_V + noise_V
+    gentle = replace(weak, load=slow, voltage_V=answer_V)
+    found = explain([flown([RESISTANCE], seed=1)], [gentle], hypotheses=ohm)
+    assert found.errors.held_out_after > found.errors.held_out_before
+    assert found.verdict is Verdict.NAMED
