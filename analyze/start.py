@@ -1,7 +1,7 @@
 """The pack that is simulated in place of the recorded one, and how each number is known."""
 
 from dataclasses import dataclass
-from math import hypot
+from math import hypot, sqrt
 
 import numpy as np
 import numpy.typing as npt
@@ -16,6 +16,7 @@ from twin.constants import ZERO_CELSIUS_K
 from twin.effects import SelfHeating
 from twin.load_csv import LoadTable
 from twin.mismatch import START_SOC, UNTOLD
+from twin.mismatch.white import step_V
 from twin.pack import Pack, PackError
 from twin.pack_file import PackFile, effects_of, mechanics_of
 
@@ -32,7 +33,12 @@ IDLE_RATE = 0.25  # C: what avionics draw before take-off
 WEAK, STRONG = 0.05, 0.95
 SURE = 3.0  # standard errors of a mean
 LAST_S = 2.0  # of a rest, whose mean voltage is taken
-REST_V = 1e-3  # of a cell: what a voltage at rest is off by, standard deviation
+REST_V = 1e-3  # of a cell: what a voltage at rest is off by beside noise, standard deviation
+AROUND = (1.0, 2.0, 3.0)
+"""Deviations of that voltage, at which the charge is looked at: a flat curve may become steep just
+beside what was read."""
+MAD = 1.4826  # standard deviation over the median of sizes, of what is normal
+NOISE_SAMPLES = 60  # from the start on, whose changes tell the noise of the voltage
 SLOWER = 2.0
 """Times what the slope takes back where a current flows at rest: what slower losses may hide. Of 25
 recordings by another simulator (NMC, LG M50 in the cold, a LiPo) the charge at the start was off by
@@ -197,7 +203,11 @@ def _soc(rest: Known | None, stated: float | None, cell: Cell, series: int) -> K
     beyond = abs(open_circuit_V(cell, soc) - one)
     note = f"; the cell cannot have that, {beyond:.3f} V off" if beyond > BEYOND_V else ""
     origin, off_V = f"{rest.origin}, {one:.3f} V a cell{note}", hypot(REST_V, rest.std / series)
-    ends = [abs(soc_at_rest(cell, one + side * off_V) - soc) for side in (-1.0, 1.0)]
+    ends = [
+        abs(soc_at_rest(cell, one + side * far * off_V) - soc) / far
+        for side in (-1.0, 1.0)
+        for far in AROUND
+    ]
     return Known(value=soc, origin=origin, known=rest.known, std=max(START_SOC, *ends))
 
 
@@ -220,7 +230,10 @@ def rest_voltage(recording: Recording) -> Known | None:
         return Known(
             value=_median(unloaded[idle]),
             origin="from the voltage at rest before take-off",
-            std=SLOWER * abs(_median(unloaded[idle]) - _median(recording.voltage_V[idle])),
+            std=hypot(
+                SLOWER * (_median(unloaded[idle]) - _median(recording.voltage_V[idle])),
+                _off_by_noise_V(recording.voltage_V, int(idle.sum())),
+            ),
         )
     if np.count_nonzero(early) >= REST_SAMPLES and slope is not None:
         return _under_load(unloaded[early])
@@ -238,8 +251,11 @@ def _first_rest(table: LoadTable | None, capacity_C: float) -> Known | None:
         columns = table.time_s, table.current_A, table.voltage_V
         return _idling(*columns, IDLE_RATE * rated_A) or _loaded(*columns)
     last = known[table.time_s[known] >= table.time_s[known[-1]] - LAST_S]
-    value = float(np.mean(table.voltage_V[last]))
-    return Known(value=value, origin="from the voltage at rest at the start")
+    value, off_V = (
+        float(np.mean(table.voltage_V[last])),
+        _off_by_noise_V(table.voltage_V, last.size),
+    )
+    return Known(value=value, origin="from the voltage at rest at the start", std=off_V)
 
 
 def _idling(
@@ -263,7 +279,10 @@ def _idling(
     return Known(
         value=value,
         origin="from the voltage at the start, where hardly a current flows",
-        std=SLOWER * abs(slope.ohm * _median(current_A[idle])),
+        std=hypot(
+            SLOWER * slope.ohm * _median(current_A[idle]),
+            _off_by_noise_V(voltage_V, int(idle.sum())),
+        ),
     )
 
 
@@ -275,6 +294,18 @@ def _loaded(time_s: FloatArray, current_A: FloatArray, voltage_V: FloatArray) ->
     if np.count_nonzero(early) < REST_SAMPLES or slope is None:
         return None
     return _under_load(voltage_V[early] + slope.ohm * current_A[early])
+
+
+def _off_by_noise_V(voltage_V: FloatArray, samples: int) -> float:
+    """What the mean of so many samples of a voltage is off by, standard deviation.
+
+    Noise by the third differences at its start, which neither a drift nor a step of the current
+    moves, and a half of the step in which it was recorded at most.
+    """
+    known_V = voltage_V[np.isfinite(voltage_V)]
+    changes_V = np.diff(known_V[:NOISE_SAMPLES], 3)
+    noise_V = MAD * _median(np.abs(changes_V)) / sqrt(20.0) if changes_V.size else 0.0
+    return hypot(noise_V / sqrt(samples), step_V(known_V) / sqrt(12.0))
 
 
 def _under_load(unloaded_V: FloatArray) -> Known:

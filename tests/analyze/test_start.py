@@ -287,3 +287,38 @@ def test_how_well_a_rest_tells_the_charge_is_by_the_slope_of_the_open_circuit_vo
         moved = [open_circuit_V(CELL, use.initial_soc + k * use.soc_std) for k in (-1, 1)]
         widest = max(abs(v - open_circuit_V(CELL, use.initial_soc)) for v in moved)
         assert widest == pytest.approx(off_V, rel=0.3)
+
+
+@pytest.mark.parametrize(
+    ("soc", "rows", "noise_V"),
+    [(0.95, 1, 5e-3), (0.5, 3, 5e-3), (0.5, 12, 5e-3), (0.5, 3, 0.0), (0.97, 3, 2e-3)],
+)
+def test_a_start_by_a_noisy_rest_is_known_no_better_than_that(
+    soc: float, rows: int, noise_V: float
+) -> None:
+    """Of one cell, by 40 draws: deviations and what is stated of them agree, on slope and flat."""
+    t = np.arange(0.0, 120.0)
+    current_A = np.where(t < rows, 0.0, 2.0)
+    file = replace_series(1)
+    start = file.start.model_copy(update={"soc": None})
+    file = file.model_copy(update={"start": start})
+    off = []
+    for seed in range(40):
+        noise = np.random.default_rng(seed).normal(0.0, noise_V, t.size)
+        clean_V = open_circuit_V(CELL, soc) - 0.02 * current_A - 1e-5 * np.maximum(t - rows, 0.0)
+        table = LoadTable(time_s=t, current_A=current_A, voltage_V=clean_V + noise)
+        use = pack_use(None, file, CELL, builtin=True, table=table)
+        off.append((use.initial_soc - soc) / use.soc_std)
+    assert np.sqrt(np.mean(np.square(off))) < 1.5
+    assert np.max(np.abs(off)) < 4.0
+
+
+def test_a_voltage_in_steps_tells_the_start_no_better_than_those() -> None:
+    t = np.arange(0.0, 120.0)
+    current_A = np.where(t < 10.0, 0.0, 2.0)
+    smooth_V = open_circuit_V(CELL, 0.5) - 0.02 * current_A - 1e-4 * np.maximum(t - 10.0, 0.0)
+    table = LoadTable(time_s=t, current_A=current_A, voltage_V=np.round(smooth_V / 0.02) * 0.02)
+    file = replace_series(1)
+    start = file.start.model_copy(update={"soc": None})
+    use = pack_use(None, file.model_copy(update={"start": start}), CELL, builtin=True, table=table)
+    assert START_SOC < abs(use.initial_soc - 0.5) < 2.0 * use.soc_std
