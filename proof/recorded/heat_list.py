@@ -29,6 +29,9 @@ diffusivity its own makers retuned). At several times the rate over minutes what
 is transport: `electrolyte_transport`, `solid_diffusion_negative` or `solid_diffusion_positive`; a
 terminal voltage does not tell for certain which, so each is right.
 
+Told right (h37 to h42, written down before any was run). As misstated, but the twin is told how
+warm the cell was: nothing to be named. What a question looks like says nothing then.
+
 Control. A twin measured on the cell by its publisher: nothing to be named; heat above all is not
 there at a visible size in the pouch. In the phosphate cell is what no homogeneous model has.
 """
@@ -43,6 +46,7 @@ class Kind(Enum):
     ISOTHERMAL = "isothermal"
     MISSTATED = "misstated"
     TRANSPORT = "transport"
+    TOLD = "told right"
     CONTROL = "control"
     FOREIGN = "foreign control"
 
@@ -115,4 +119,11 @@ ENTRIES = (
     Entry(name="trial-h35", cell="samsung", kind=MISSTATED, fitted="pulses 40 degC", told_C=25.0),
     Entry(name="trial-h36", cell="panasonic", kind=MISSTATED, fitted="pulses 0 degC", told_C=25.0,
           aged=True),
+    Entry(name="trial-h37", cell="lg_m50", kind=Kind.TOLD, fitted="0.5C 10 degC"),
+    Entry(name="trial-h38", cell="lg_m50", kind=Kind.TOLD, fitted="1C 45 degC"),
+    Entry(name="trial-h39", cell="lg_m50_2", kind=Kind.TOLD, fitted="0.5C 0 degC, 1",
+          held_out="0.5C 0 degC, 2"),
+    Entry(name="trial-h40", cell="leaf", kind=Kind.TOLD, fitted="pulses 10 degC"),
+    Entry(name="trial-h41", cell="samsung", kind=Kind.TOLD, fitted="pulses 40 degC"),
+    Entry(name="trial-h42", cell="panasonic", kind=Kind.TOLD, fitted="US06 10 degC"),
 )  # fmt: skip

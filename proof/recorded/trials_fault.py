@@ -1,4 +1,4 @@
-"""A known fault of the current sensor in real recordings: gain, offset, clock.
+"""A known fault of the current sensor in real recordings: gain, offset, clock; and none.
 
 The list, one line a trial: where a flight or a cycle draws enough charge to tell, a gain or an
 offset; where the current is lively, a clock. Sizes make the twin miss the recording by three times
@@ -11,7 +11,8 @@ it is missed by most. Left out are a lag or a clock in log171, log_0036 (rough s
 octocopters (70 s and 52 s) and the NMC pouch (2 mOhm under a current that changes slowly): up to
 1 s (2 s) of lag changes by how much those are missed by less than that. Not used further: flights
 whose current is wrong already, one that only hovers (sample02), one whose current disagrees with
-its motor controllers (ekf_failure).
+its motor controllers (ekf_failure). k16 to k23 are all of these recordings without a fault, written
+down before any was run.
 """
 
 from dataclasses import dataclass, replace
@@ -33,7 +34,7 @@ from proof.recorded.thinned import binned
 from proof.simulated.faults import FAULTS, Traces
 from proof.simulated.numbers import true_value
 from proof.trial import NoTrial, Trial
-from proof.truth import Number, Truth
+from proof.truth import NO_NAME, Number, Truth
 from twin.at_rest import soc_at_rest
 from twin.calibrate.flight_problem import Known
 from twin.pack import Pack
@@ -45,13 +46,21 @@ FLIGHT_ROUNDS, CYCLE_ROUNDS = 3, 6
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Fault:
-    """What was done to a current; `size` as `proof.simulated.faults` takes it."""
+    """What was done to a current; `size` as `proof.simulated.faults` takes it, 0: nothing."""
 
     source: str
-    effect: str
-    size: float
+    effect: str = ""
+    size: float = 0.0
 
 
+LOGS = {
+    "underpowered": "1002victor__ardupilot/underpowered.log",
+    "log171": "dronekit__dronekit-la-testdata/log171.bin",
+    "log_0036": "BeastAyyG__ardupilot-log-diagnosis/log_0036_mechanical_failure.bin",
+    "log_0039": "BeastAyyG__ardupilot-log-diagnosis/log_0039_mechanical_failure.bin",
+    "px4log": "dronecrew__px4tools/01_07_59.px4log",
+    "log_123": "FSYR-H__PX4_Ulog_Tools/log_123_2024-3-1-14-47-02.ulg",
+}
 LIST = (
     Fault(source="underpowered", effect="current_gain", size=0.08),
     Fault(source="underpowered", effect="current_offset", size=1.5),
@@ -68,16 +77,9 @@ LIST = (
     Fault(source="px4log", effect="current_offset", size=12.0),
     Fault(source="log_123", effect="current_gain", size=-0.25),
     Fault(source="log_123", effect="current_offset", size=10.0),
+    *(Fault(source=name) for name in (*LOGS, "panasonic", "nmc")),
 )
 
-LOGS = {
-    "underpowered": "1002victor__ardupilot/underpowered.log",
-    "log171": "dronekit__dronekit-la-testdata/log171.bin",
-    "log_0036": "BeastAyyG__ardupilot-log-diagnosis/log_0036_mechanical_failure.bin",
-    "log_0039": "BeastAyyG__ardupilot-log-diagnosis/log_0039_mechanical_failure.bin",
-    "px4log": "dronecrew__px4tools/01_07_59.px4log",
-    "log_123": "FSYR-H__PX4_Ulog_Tools/log_123_2024-3-1-14-47-02.ulg",
-}
 SAID = {
     "underpowered": "3S LiPo, a whole discharge at 1 Hz (ArduPilot, GPL-3)",
     "log171": "4S LiPo at 10 Hz (dronekit, CC BY-SA 3.0)",
@@ -124,24 +126,34 @@ def _truth(fault: Fault, base: Fitted, wrong_A: FloatArray) -> Truth:
         base.error_V(Part.FITTED, amperes) for amperes in (wrong_A, base.run.current_A)
     )
     floor_V = base.floor_V()
-    change_V = base.residual_V(Part.FITTED, wrong_A) - base.residual_V(
-        Part.FITTED, base.run.current_A
-    )
-    name, value, unit = number(fault)
-    return Truth(
-        kind="fault",
-        said=f"the current was recorded with {fault.effect} {fault.size:+g}: {name} {value:.4g}",
-        verdicts=("named",),
-        effects=((fault.effect,),),
-        strength=float(np.sqrt(np.nanmean(change_V**2))) / floor_V,
+    truth = Truth(
+        kind="real control",
+        said="nothing: the current as it was recorded",
+        verdicts=NO_NAME,
+        effects=(),
+        strength=without_V / floor_V,
         floor_V=floor_V,
         noise_V=base.noise_V(Part.HELD_OUT),
-        numbers=(Number(effect=fault.effect, name=name, value=value, unit=unit),),
         details={
             "missed with the fault, V rms": with_V,
             "missed without it, V rms": without_V,
             "missed where it was not fitted, V rms": base.error_V(Part.FLOOR, base.run.current_A),
         },
+    )
+    if not fault.effect:
+        return truth
+    change_V = base.residual_V(Part.FITTED, wrong_A) - base.residual_V(
+        Part.FITTED, base.run.current_A
+    )
+    name, value, unit = number(fault)
+    return replace(
+        truth,
+        kind="fault",
+        said=f"the current was recorded with {fault.effect} {fault.size:+g}: {name} {value:.4g}",
+        verdicts=("named",),
+        effects=((fault.effect,),),
+        strength=float(np.sqrt(np.nanmean(change_V**2))) / floor_V,
+        numbers=(Number(effect=fault.effect, name=name, value=value, unit=unit),),
     )
 
 
@@ -154,6 +166,8 @@ def number(fault: Fault) -> tuple[str, float, str]:
 
 def faulty(run: Run, fault: Fault) -> FloatArray:
     """(n,) the current of a run as a faulty sensor would have recorded it."""
+    if not fault.effect:
+        return run.current_A
     whole = Traces(
         time_s=run.time_s,
         current_A=run.current_A,

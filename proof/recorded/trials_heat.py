@@ -27,6 +27,7 @@ KINDS = {
     Kind.ISOTHERMAL: "temperature",
     Kind.MISSTATED: "temperature",
     Kind.TRANSPORT: "transport",
+    Kind.TOLD: "real control",
     Kind.CONTROL: "real control",
     Kind.FOREIGN: "real foreign",
 }
@@ -34,6 +35,7 @@ EFFECTS: dict[Kind, tuple[tuple[str, ...], ...]] = {
     Kind.ISOTHERMAL: (("self_heating",),),
     Kind.MISSTATED: (("cold_pack",),),
     Kind.TRANSPORT: (TRANSPORTS,),
+    Kind.TOLD: (),
     Kind.CONTROL: (),
     Kind.FOREIGN: (),
 }
@@ -41,10 +43,11 @@ SAID = {
     Kind.ISOTHERMAL: "the cell warmed itself; the twin stays as warm as it was at the start",
     Kind.MISSTATED: "start and surroundings were not at the 25 degC that the twin is told",
     Kind.TRANSPORT: "the twin has another cell's diffusivities, radii, pores and salt",
+    Kind.TOLD: "nothing: the twin is told how warm the cell was",
     Kind.CONTROL: "nothing: its publisher measured the twin on this cell, without heat",
     Kind.FOREIGN: "uneven filling and a change of phase, which no homogeneous model has",
 }
-VERDICTS = {Kind.CONTROL: NO_NAME, Kind.FOREIGN: ("unknown",)}
+VERDICTS = {Kind.TOLD: NO_NAME, Kind.CONTROL: NO_NAME, Kind.FOREIGN: ("unknown",)}
 HEAT = (Kind.ISOTHERMAL, Kind.MISSTATED)  # a temperature is concealed
 
 
@@ -67,7 +70,8 @@ def _made(entry: Entry, folder: Path, cache: Path) -> tuple[Question, Truth]:
     thin = [material.thin(test) for test in tests]
     soc = start_soc(base.pack.cell, tests[0], base.full_soc) if material.rests else base.full_soc
     question = _question(entry, base, soc, thin)
-    return question, _truth(entry, question, thin, shows_V(entry, question, base, thin[0]))
+    shown_V = shows_V(entry, question, base, thin[0])
+    return question, _truth(entry, question, base, thin, shown_V)
 
 
 def _question(entry: Entry, base: Base, soc: float, tests: Sequence[RealTest]) -> Question:
@@ -75,7 +79,7 @@ def _question(entry: Entry, base: Base, soc: float, tests: Sequence[RealTest]) -
     told_K = tests[0].start_K(base.pack.initial_K)
     if entry.told_C is not None:
         told_K = entry.told_C + ZERO_CELSIUS_K
-    heats = entry.kind in (Kind.MISSTATED, Kind.TRANSPORT)
+    heats = entry.kind in (Kind.MISSTATED, Kind.TRANSPORT, Kind.TOLD)
     pack = base.heated() if heats else base.pack
     given = [
         Given(name=name_of(k), time_s=t.time_s, current_A=t.current_A, voltage_V=t.voltage_V)
@@ -110,7 +114,9 @@ def shows_V(entry: Entry, question: Question, base: Base, fitted: RealTest) -> f
     return float(np.sqrt(np.mean(change_V**2)))
 
 
-def _truth(entry: Entry, question: Question, tests: Sequence[RealTest], shown_V: float) -> Truth:
+def _truth(
+    entry: Entry, question: Question, base: Base, tests: Sequence[RealTest], shown_V: float
+) -> Truth:
     floor_V = float(question.floor_V or 0.0)
     return Truth(
         kind=KINDS[entry.kind],
@@ -128,6 +134,8 @@ def _truth(entry: Entry, question: Question, tests: Sequence[RealTest], shown_V:
         details={
             **{f"recording {k + 1}": t.name for k, t in enumerate(tests)},
             "missed by the twin as given, V rms": missed_V(question),
+            "base twin fitted to": ", ".join(base.fitted_V),
+            "base twin predicted": ", ".join(base.errors_V),
         },
     )
 

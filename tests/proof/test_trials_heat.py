@@ -1,22 +1,25 @@
 """Trials of heat and transport: the list, the recordings as they are given, the cells they need."""
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
 
 from proof.recorded import leaf_cell, lg_m50, melasta, panasonic
-from proof.recorded.base import charged_to
+from proof.recorded.base import Base, charged_to
 from proof.recorded.heat_bases import CELLS
-from proof.recorded.heat_list import ENTRIES
+from proof.recorded.heat_list import ENTRIES, Kind
 from proof.recorded.measured import NotHere, RealTest, matlab, recording
 from proof.recorded.thinned import binned, every, spaced, until
-from proof.recorded.trials_heat import EFFECTS, KINDS, heat_trials
+from proof.recorded.trials_heat import EFFECTS, KINDS, _question, heat_trials
 from proof.trial import NoTrial
 from proof.truth import RECORDED
 from twin.at_rest import open_circuit_V, soc_at_rest
 from twin.builtin import load_cell
+from twin.effects import SelfHeating
 from twin.mismatch import HYPOTHESES
+from twin.pack import Pack
 
 SHARED = Path(__file__).parents[3] / "shared"  # recordings on the machine of who works on this
 
@@ -165,3 +168,25 @@ def test_a_concealed_temperature_is_asked_of_one_mount() -> None:
     rates = [e for e in ENTRIES if e.cell == "lg_m50" and "temperature" in KINDS[e.kind]]
     assert len(rates) == 10
     assert not any(e.held_out for e in rates), "of its file each rate is another cell's"
+
+
+def test_a_twin_that_is_told_right_has_all_else_of_one_that_is_not() -> None:
+    told = [e for e in ENTRIES if e.kind is Kind.TOLD]
+    misstated = [e for e in ENTRIES if e.kind is Kind.MISSTATED]
+    start_C = 10.0
+    pack = Pack(
+        cell=load_cell("lg_m50"),
+        heat_transfer_W_m2_K=12.0,
+        effects=(SelfHeating(heat_transfer_W_m2_K=12.0),),
+    )
+    base = Base(
+        pack=pack, series_resistance_ohm=0.0, cooling={}, warming_K=0.0, full_soc=1.0,
+        errors_V={}, fitted_V={"slow": 0.01},
+    )  # fmt: skip
+    cold = replace(steady(), temperature_K=np.full(601, start_C + 273.15))
+    assert told
+    assert all(e.told_C is None for e in told)
+    right, wrong = (_question(own[0], base, 1.0, [cold]) for own in (told, misstated))
+    assert right.pack.initial_K == right.ambient_K == start_C + 273.15
+    assert wrong.pack == replace(right.pack, initial_K=wrong.ambient_K)
+    assert wrong.ambient_K == 298.15

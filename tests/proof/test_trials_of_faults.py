@@ -109,3 +109,10 @@ def test_no_trial_without_its_recording(tmp_path: Path) -> None:
     for trial in trials:
         with pytest.raises(NoTrial, match="no recording"):
             trial.make()
+
+
+def test_each_recording_with_a_fault_is_asked_without_one_too() -> None:
+    """Else what a question looks like, and not its voltage, would say that there is a fault."""
+    assert {f.source for f in LIST if not f.effect} == {f.source for f in LIST if f.effect}
+    flown = run()
+    assert faulty(flown, Fault(source="")) is flown.current_A
