@@ -1,13 +1,14 @@
 """State of charge by the voltage at rest: of a cell, and of unlike cells in series."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from functools import lru_cache
 from math import isfinite
 
 import casadi as ca
 from scipy.optimize import brentq
 
-from twin.cell import Cell
+from twin.cell import Cell, Electrode, Hysteresis
+from twin.effects.ocv_hysteresis import off_equilibrium_V
 from twin.one_thread import SYMBOLS
 
 OVERFULL = 1.1
@@ -23,6 +24,27 @@ def open_circuit_V(cell: Cell, soc: float) -> float:
 def soc_at_rest(cell: Cell, voltage_V: float) -> float:
     """State of charge, 0 to 1, at which a cell rests at a voltage; the nearer end beyond them."""
     return _root(lambda soc: open_circuit_V(cell, soc) - voltage_V, 1.0)
+
+
+def starts_V(
+    cell: Cell, numbers: Mapping[str, float], temperature_K: float
+) -> Callable[[float], float]:
+    """Voltage [V] of state of charge: of `cell` as the kernel starts it, at rest.
+
+    By the windows of the kernel's `numbers`, and off the curve of `open_circuit_V` by temperature,
+    and by the start states of hysteresis where they have it.
+    """
+    warmer_K = temperature_K - numbers["reference_K"]
+
+    def potential_V(side: str, charge: float) -> float:
+        low, high = (numbers[f"{side}.stoichiometry_{end}"] for end in ("min", "max"))
+        h = numbers.get(f"ocv_hysteresis.{side}_start")
+        branches = None if h is None else cell.hysteresis(side)
+        amplitude_V = numbers.get(f"ocv_hysteresis.{side}_amplitude_V", 0.0)
+        of_side = _started(getattr(cell, side), branches)
+        return of_side(low + charge * (high - low), warmer_K, h or 0.0, amplitude_V)
+
+    return lambda soc: potential_V("positive", 1.0 - soc) - potential_V("negative", soc)
 
 
 def soc_of_others(
@@ -67,3 +89,18 @@ def _curve(cell: Cell) -> Callable[[float], float]:
         function = ca.Function("open_circuit", [soc], [p.ocp_V(y) - n.ocp_V(x)])
         del soc, x, y
     return lambda given: float(function(given))
+
+
+@lru_cache(maxsize=64)
+def _started(electrode: Electrode, branches: Hysteresis | None) -> Callable[..., float]:
+    """Potential [V] of stoichiometry, K above the reference, h, and half the distance of branches.
+
+    That is without effect where `branches` has them.
+    """
+    with SYMBOLS:
+        x, warmer_K, h, amplitude_V = inputs = [ca.SX.sym(name) for name in ("x", "T", "h", "A")]
+        plain_V = electrode.ocp_V(x) + warmer_K * electrode.entropic_V_K(x)
+        beside_V = off_equilibrium_V(electrode.ocp_V, branches or amplitude_V, x, h)
+        function = ca.Function("started", inputs, [plain_V + beside_V])
+        del x, warmer_K, h, amplitude_V, inputs, plain_V, beside_V
+    return lambda *given: float(function(*given))

@@ -171,10 +171,9 @@ class ElectrodeSymbols:
 
         The energy of the lithium stays that of the OCP (`enthalpy_V`): the rest is heat.
         """
-        if self.branches is None:
-            return hysteresis * self.p[f"ocv_hysteresis.{self.name}_amplitude_V"]
-        low, high = self.branches.lithiation_V(surface), self.branches.delithiation_V(surface)
-        return (low + high) / 2 + hysteresis * (high - low) / 2 - self.electrode.ocp_V(surface)
+        branches = self.branches or self.p[f"ocv_hysteresis.{self.name}_amplitude_V"]
+        ocp_V = self.electrode.ocp_V
+        return ocv_hysteresis.off_equilibrium_V(ocp_V, branches, surface, hysteresis)
 
     def losses_ohm_m2(self, conductivity_S_m: ca.SX) -> ca.SX:
         """(n, n) potential lost in solution and solid between each node and the separator.

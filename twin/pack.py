@@ -8,7 +8,7 @@ from math import prod
 import numpy as np
 import numpy.typing as npt
 
-from twin.at_rest import OVERFULL, open_circuit_V, soc_of_others
+from twin.at_rest import OVERFULL, open_circuit_V, soc_of_others, starts_V
 from twin.cell import Cell
 from twin.effects import (
     AGEING,
@@ -30,11 +30,12 @@ from twin.parameters import (
     hysteresis_parameters,
     mechanics_parameters,
 )
-from twin.windows import rest_V, window_C
+from twin.windows import window_C
 
 FloatArray = npt.NDArray[np.float64]
 
 OKANE_2022 = Mechanics()
+SAME_V = 1e-12  # a voltage at rest is that which was told, but for rounding
 
 
 class PackError(ValueError):
@@ -77,9 +78,9 @@ class Pack:
             takes the cell as it is.
         initial_soc: state of charge at the start, 0..1 of the cell's stoichiometry window.
         soc_by_rest: `initial_soc` is by the recorded voltage at rest of the whole pack and the
-            curve of `cell`. With effects that voltage stays, not the charge: beside a weak cell
-            that starts emptier the others start fuller; other windows, or a sensor that reads too
-            high, mean another charge.
+            curve of `cell`. That voltage stays, not the charge: beside a weak cell that starts
+            emptier the others start fuller; other windows, hysteresis, a sensor that reads too
+            high, or a temperature at which the cell rests beside its curve mean another charge.
         initial_K: temperature at the start.
         heat_transfer_W_m2_K: to the air, where it is stated. The pack is warmed by its losses only
             with `SelfHeating`, which has a number of its own; this one is what to expect of it.
@@ -183,6 +184,12 @@ class Pack:
         return values | (ageing_parameters(self.effects, self.mechanics) if self.ages else {})
 
     @property
+    def start_K(self) -> float:
+        """Temperature at the start, with all effects."""
+        offsets = (e.start_offset_K for e in self.effects if isinstance(e, ColdPack))
+        return self.initial_K + sum(offsets)
+
+    @property
     def window_C(self) -> float:
         """Charge between states of charge of 0 and 1, with all effects [C]; not what is rated."""
         return self.parallel * window_C(self.cell_parameters())
@@ -199,12 +206,10 @@ class Pack:
         `weak_cell.capacity_factor`, the second as `weak_cell#2.capacity_factor`, ...
         """
         values = self.cell_parameters()
-        start = {"initial_soc": self._start_soc(values), "initial_K": self.initial_K}
+        start = {"initial_soc": self._start_soc(values), "initial_K": self.start_K}
         for effect in self.effects:
             if isinstance(effect, InitialSoc):
                 start["initial_soc"] += effect.offset
-            if isinstance(effect, ColdPack):
-                start["initial_K"] += effect.start_offset_K
         differ = {
             f"{prefix}.{p.name}": float(getattr(weak, p.name))
             for prefix, weak in self._named_weak()
@@ -266,22 +271,11 @@ class Pack:
         if not self.soc_by_rest:
             return self.initial_soc
         offsets, gain = [w.soc_offset for w in self.weak], self.terminals / self.series
-        n, p = self.cell.negative, self.cell.positive
-        low, high = (
-            [values[f"{side}.stoichiometry_{end}"] for side in ("negative", "positive")]
-            for end in ("min", "max")
-        )
-        as_made = low == [n.stoichiometry_min, p.stoichiometry_min]
-        as_made &= high == [n.stoichiometry_max, p.stoichiometry_max]
-        if as_made and gain == 1.0 and not any(offsets):
+        rests_V = starts_V(self.cell, values, self.start_K)
+        told_V = open_circuit_V(self.cell, self.initial_soc) / gain
+        if not any(offsets) and abs(rests_V(self.initial_soc) - told_V) < SAME_V:
             return self.initial_soc
-
-        def rests_V(soc: float) -> float:
-            x, y = low[0] + soc * (high[0] - low[0]), high[1] - soc * (high[1] - low[1])
-            return rest_V(self.cell, (x, y))
-
-        told_V = open_circuit_V(self.cell, self.initial_soc)
-        return soc_of_others(rests_V, self.series, offsets, told_V / gain)
+        return soc_of_others(rests_V, self.series, offsets, told_V)
 
     def _named_weak(self) -> list[tuple[str, WeakCell]]:
         return [(w.id if n == 1 else f"{w.id}#{n}", w) for n, w in enumerate(self.weak, start=1)]

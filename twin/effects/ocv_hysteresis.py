@@ -11,6 +11,7 @@ from typing import ClassVar
 
 import casadi as ca
 
+from twin.cell import Function, Hysteresis
 from twin.effects.effect import Parameter
 
 AMPLITUDE_V, DECAY = 0.005, 20.0  # to start a fit from: measured at no cell
@@ -79,6 +80,19 @@ class OcvHysteresis:
         "charge and discharge, however slow, lie apart by a voltage that no rest closes; after a "
         "reversal it comes with the charge that has passed, not with time"
     )
+
+
+def off_equilibrium_V(
+    ocp_V: Function, branches: Hysteresis | ca.SX, surface: ca.SX, h: ca.SX
+) -> ca.SX:
+    """(n,) added to the open-circuit potential `ocp_V` of surfaces (n,) whose memory is h.
+
+    `branches` are those of the cell's file, or half their distance where it has none [V].
+    """
+    if not isinstance(branches, Hysteresis):
+        return h * branches
+    low, high = branches.lithiation_V(surface), branches.delithiation_V(surface)
+    return (low + high) / 2 + h * (high - low) / 2 - ocp_V(surface)
 
 
 def relaxed(h: ca.SX, start: ca.SX, end: ca.SX) -> ca.SX:
