@@ -5,6 +5,8 @@ w = (positive stoichiometry when full, that of one electrode when empty, state o
   U_p(w0) - U_n(x_full)           = voltage when full
   U_p(y_empty) - U_n(x_empty)     = voltage when empty, for w1, the steeper electrode's of the two
   U_p - U_n at state of charge w2 = open-circuit voltage at the start of the test
+The last beside the curve by the start states of hysteresis, where the cell has it; not by the
+temperature of the test, so that one off the reference begins beside that voltage by its entropy.
 Full and empty are at the rest voltages that they have in the cell to start from (for most files the
 cut-offs). The rest is explicit. The derivative of w is that of an implicit function.
 """
@@ -31,6 +33,7 @@ from twin.calibrate.parameters import (
     middle_diffusivity_m2_s,
 )
 from twin.constants import FARADAY_C_mol
+from twin.effects.ocv_hysteresis import off_equilibrium_V
 from twin.pack import Pack
 from twin.windows import SIDES
 
@@ -104,6 +107,9 @@ class CellMap:
         self._ocp_V = {
             side: ca.Function("ocp", [x, v], [_potential_V(pack, side, x, value)]) for side in SIDES
         }
+        self._start_V = {
+            side: ca.Function("start", [x, v], [_start_V(pack, side, x, value)]) for side in SIDES
+        }
 
     def __call__(self, values: FloatArray) -> tuple[dict[str, float], FloatArray]:
         """Kernel's numbers and what is derived; Infeasible if no window fits."""
@@ -122,14 +128,14 @@ class CellMap:
         return given, derived.full().ravel()
 
     def rest_V(self, values: FloatArray, soc: float) -> float:
-        """Open-circuit voltage at a state of charge; `values` without START_V."""
+        """Voltage at the start at a state of charge; `values` without START_V."""
         whole = np.append(values, 0.0)
         x, y = self._windows(whole)
         return self._rest_V(whole, x, y)(soc)
 
     def _rest_V(self, values: FloatArray, x: list[float], y: list[float]) -> Potential:
-        """[V] of the cell, of its state of charge."""
-        negative, positive = self._potentials(values)
+        """[V] of the cell at the start, of its state of charge."""
+        negative, positive = (_of_float(self._start_V[side], values) for side in SIDES)
         return lambda soc: (
             positive(y[1] + soc * (y[0] - y[1])) - negative(x[1] + soc * (x[0] - x[1]))
         )
@@ -219,6 +225,17 @@ def _potential_V(pack: Pack, side: str, x: ca.SX, value: dict[str, ca.SX]) -> ca
     return plain_V
 
 
+def _start_V(pack: Pack, side: str, x: ca.SX, value: dict[str, ca.SX]) -> ca.SX:
+    """The same at the start of a test: beside it where the pack has hysteresis."""
+    plain_V = _potential_V(pack, side, x, value)
+    if not pack.hysteretic:
+        return plain_V
+    numbers, name = pack.cell_parameters(), f"ocv_hysteresis.{side}"
+    branches = pack.cell.hysteresis(side) or ca.SX(numbers[f"{name}_amplitude_V"])
+    h = ca.SX(numbers[f"{name}_start"])
+    return plain_V + off_equilibrium_V(getattr(pack.cell, side).ocp_V, branches, x, h)
+
+
 def _root(falling: Callable[[float], float], low: float, high: float) -> float:
     """Where a falling function vanishes; Infeasible if not between `low` and `high`."""
     at_low, at_high = falling(low), falling(high)
@@ -241,17 +258,17 @@ def _equations(pack: Pack, value: dict[str, ca.SX], w: ca.SX) -> list[ca.SX]:
     (x_empty, x_full), (full, empty) = windows["negative"], windows["positive"]
     full_V, empty_V = full_and_empty_V(pack)
 
-    def rest_V(x: ca.SX, y: ca.SX) -> ca.SX:
+    def cell_V(of: Callable[..., ca.SX], *at: ca.SX) -> ca.SX:
         negative_V, positive_V = (
-            _potential_V(pack, side, s, value) for side, s in zip(SIDES, (x, y), strict=True)
+            of(pack, side, s, value) for side, s in zip(SIDES, at, strict=True)
         )
         return positive_V - negative_V
 
     start = x_empty + soc * (x_full - x_empty), empty + soc * (full - empty)
     return [
-        rest_V(x_full, full) - full_V,
-        rest_V(x_empty, empty) - empty_V,
-        rest_V(*start) - value[START_V],
+        cell_V(_potential_V, x_full, full) - full_V,
+        cell_V(_potential_V, x_empty, empty) - empty_V,
+        cell_V(_start_V, *start) - value[START_V],
     ]
 
 

@@ -1,6 +1,7 @@
 """The map from parameters to the kernel, and exact derivatives of what is minimised."""
 
 from collections.abc import Sequence
+from dataclasses import replace
 from functools import cache
 from typing import Any
 
@@ -17,7 +18,9 @@ from twin.calibrate.reference import ReferenceTest
 from twin.calibrate.refine import PARTS, refined
 from twin.calibrate.run import problem_of
 from twin.calibrate.simulated import Simulated
+from twin.cell import Cell, Hysteresis
 from twin.constants import FARADAY_C_mol
+from twin.effects import OcvHysteresis
 from twin.sensitivity import Sensitivities, sensitivity_of
 
 FloatArray = npt.NDArray[np.float64]
@@ -64,8 +67,33 @@ def test_windows_end_at_given_voltages_and_both_electrodes_hold_the_capacity() -
         assert problem.rest_V(q, soc) == pytest.approx(at_end_V, abs=1e-9)
 
 
-def test_derivatives_are_those_of_the_residuals() -> None:
+def branched(cell: Cell) -> Cell:
+    """Its graphite between two branches of a file."""
+    ocp_V = cell.negative.ocp_V
+    branches = Hysteresis(
+        lithiation_V=lambda x: ocp_V(x) - 0.01, delithiation_V=lambda x: ocp_V(x) + 0.02, decay=20.0
+    )
+    return replace(cell, negative_hysteresis=branches)
+
+
+@pytest.mark.parametrize("of_file", [False, True])
+def test_a_cell_with_hysteresis_starts_at_the_voltage_at_which_it_rested(*, of_file: bool) -> None:
+    """Without, 4.105 V were the curve's, and the simulation began at 4.115 V."""
+    made = cell_pack()
+    test = measured(made, 3, ("2C",))[0][0]
+    cell = branched(made.cell) if of_file else made.cell
+    problem = problem_of(replace(made, cell=cell, effects=(OcvHysteresis(),)), [test])
+    q = np.zeros(len(problem.free))
+    assert problem.replayed(q, test, 4.105)[0] == pytest.approx(4.105, abs=1e-6)
+    start_V, soc = problem.values(q)[-1], problem.mapped(q, 0).numbers["initial_soc"]
+    assert problem.rest_V(q, soc) == pytest.approx(start_V, abs=1e-9)
+
+
+@pytest.mark.parametrize("effects", [(), (OcvHysteresis(),)], ids=["plain", "hysteresis"])
+def test_derivatives_are_those_of_the_residuals(effects: tuple[OcvHysteresis, ...]) -> None:
     problem, q = case()
+    if effects:
+        problem = Problem(replace(cell_pack(), effects=effects), problem.tests)
     residuals, slopes = problem.linearised(q)
     assert residuals == pytest.approx(problem.residuals(q))
     random = np.random.default_rng(1)
