@@ -36,9 +36,8 @@ from twin.calibrate.settle import (
     settled,
     weighed_and_held,
 )
-from twin.calibrate.single_cell import labelled_C
+from twin.calibrate.single_cell import check_effects, labelled_C
 from twin.calibrate.table import CalibrationError
-from twin.effects import OF_CELL, SeriesResistance
 from twin.pack import Pack
 
 FloatArray = npt.NDArray[np.float64]
@@ -147,22 +146,13 @@ def problem_of(
 ) -> Problem:
     """What is to be fitted; `only` names the parameters of the cell that are free, None all.
 
-    CalibrationError without a test, with two of one name, or a pack whose cells differ.
+    CalibrationError without a test, with two of one name, or a pack that `check_effects` refuses.
     """
     if not tests:
         raise CalibrationError("no test to calibrate from")
     if len({t.name for t in tests}) < len(tests):
         raise CalibrationError("two tests have the same name: rename one")
-    if pack.stressed or pack.weak or any(isinstance(e, OF_CELL) for e in pack.effects):
-        raise CalibrationError(
-            "the cells of this pack differ, stress enhances their diffusion, or an effect changes "
-            "what is to be calibrated: calibrate without those effects in the pack file"
-        )
-    if any(isinstance(e, SeriesResistance) and e.outside for e in pack.effects):
-        raise CalibrationError(
-            "a series resistance outside of the cells is not calibrated: calibrate without "
-            "effects.series_resistance.outside in the pack file, and add it afterwards"
-        )
+    check_effects(pack)
     return Problem(pack, [sampled(t, labelled_C(pack)) for t in tests], only=only)
 
 

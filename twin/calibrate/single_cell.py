@@ -5,7 +5,18 @@ from dataclasses import replace
 import numpy as np
 import numpy.typing as npt
 
-from twin.effects import AGEING, AnyEffect, FilmResistance, Sei, SeriesResistance
+from twin.calibrate.table import CalibrationError
+from twin.effects import (
+    AGEING,
+    OF_CELL,
+    OF_CURRENT,
+    AnyEffect,
+    ColdPack,
+    FilmResistance,
+    Sei,
+    SeriesResistance,
+    VoltageGain,
+)
 from twin.pack import Pack
 from twin.windows import SIDES
 
@@ -13,6 +24,30 @@ FloatArray = npt.NDArray[np.float64]
 
 FILLER_LEAST, FILLER_EDGE = 0.01, 0.0001  # no less, if the start has it, but for so much
 FILLER_STD = 0.03  # of the prior of the fillers, about those of the cell to start from
+
+OF_FLIGHTS = (*OF_CURRENT, VoltageGain, ColdPack)
+"""What was wrong with a flight's instruments, or with what was said of it."""
+
+
+def check_effects(pack: Pack) -> None:
+    """CalibrationError if an effect of `pack` is none that its tests can be calibrated with."""
+    if pack.stressed or pack.weak or any(isinstance(e, OF_CELL) for e in pack.effects):
+        raise CalibrationError(
+            "the cells of this pack differ, stress enhances their diffusion, or an effect changes "
+            "what is to be calibrated: calibrate without those effects in the pack file"
+        )
+    if any(isinstance(e, SeriesResistance) and e.outside for e in pack.effects):
+        raise CalibrationError(
+            "a series resistance outside of the cells is not calibrated: calibrate without "
+            "effects.series_resistance.outside in the pack file, and add it afterwards"
+        )
+    if flown := ", ".join(e.id for e in pack.effects if isinstance(e, OF_FLIGHTS)):
+        raise CalibrationError(
+            f"{flown} in the pack file: found in flights, of their instruments and surroundings; "
+            "here it would change the currents, voltages or temperatures that were measured in "
+            f"tests. Calibrate without (take {flown} out of twin.physics and effects), and let "
+            "`twin explain` look again with the calibrated cell"
+        )
 
 
 def labelled_C(pack: Pack) -> float:

@@ -9,7 +9,7 @@ import numpy as np
 import numpy.typing as npt
 import pytest
 
-from tests.twin.calibrate.synthetic import cell_pack, measured
+from tests.twin.calibrate.synthetic import cell_pack, empty_tests, measured
 from twin.calibrate.advice import advise
 from twin.calibrate.answer import Verdict
 from twin.calibrate.checks import Fitted, predicted, rms
@@ -27,7 +27,20 @@ from twin.calibrate.run import (
 from twin.calibrate.search import Best, Stage
 from twin.calibrate.settle import MISSED_V, STRETCHES, of_a_model
 from twin.calibrate.table import CalibrationError
-from twin.effects import SeriesResistance, WeakCell
+from twin.effects import (
+    AnyEffect,
+    ClockShift,
+    ColdPack,
+    CurrentGain,
+    CurrentOffset,
+    InitialSoc,
+    Leakage,
+    SelfHeating,
+    SensorLag,
+    SeriesResistance,
+    VoltageGain,
+    WeakCell,
+)
 from twin.pack import Pack
 
 FloatArray = npt.NDArray[np.float64]
@@ -234,6 +247,36 @@ def test_a_pack_of_unlike_cells_and_no_test_are_refused() -> None:
     outside = (SeriesResistance(resistance_ohm=0.01, outside=1.0),)
     with pytest.raises(CalibrationError, match="outside of the cells is not calibrated"):
         problem_of(replace(pack, effects=outside), tests)
+
+
+@pytest.mark.parametrize(
+    "effect",
+    [
+        CurrentGain(gain=1.1),
+        CurrentOffset(offset_A=0.5),
+        Leakage(current_A=0.5),
+        SensorLag(lag_s=1.0),
+        ClockShift(shift_s=0.5),
+        VoltageGain(gain=1.02),
+        ColdPack(start_offset_K=-10.0),
+    ],
+    ids=lambda e: e.id,
+)
+def test_what_was_wrong_in_flights_is_not_put_on_tests(effect: AnyEffect) -> None:
+    """`twin explain --adopt` leaves it in a pack file; a cycler's data are as they were measured."""
+    pack = replace(cell_pack(), effects=(SelfHeating(), effect))
+    with pytest.raises(CalibrationError, match=f"^{effect.id} in the pack file.*explain"):
+        problem_of(pack, empty_tests(pack, ("2C",)))
+
+
+def test_a_charge_that_was_told_wrong_of_flights_changes_no_test() -> None:
+    """Each has its own, by the voltage at its start: this one may stay in a pack file."""
+    pack = cell_pack()
+    test = empty_tests(pack, ("2C",))[0]
+    told_wrong = replace(pack, effects=(InitialSoc(offset=-0.1),))
+    own, other = (problem_of(p, [test]) for p in (pack, told_wrong))
+    q = np.zeros(len(own.free))
+    assert np.array_equal(own.replayed(q, test, 4.1), other.replayed(q, test, 4.1), equal_nan=True)
 
 
 @pytest.mark.parametrize(("by_rest", "count"), [(False, 1), (True, 0)])
