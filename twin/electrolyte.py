@@ -99,7 +99,7 @@ class ElectrolyteSymbols:
         """Transport property of the pores in layer `name`, at the start's temperature."""
         efficiency = self.p[f"{name}.transport_efficiency"]
         if porosity is not None and name == "negative":
-            efficiency = efficiency * bruggeman(porosity / self.p["negative.porosity"])
+            efficiency = bruggeman(porosity, self.p["negative.porosity"], efficiency)
         activation = self.p[f"electrolyte.{quantity}_activation_J_mol"]
         warm = kinetics.arrhenius(activation, old["temperature_K"], self.p["reference_K"])
         own = salt[self.layout.layers()[name]]

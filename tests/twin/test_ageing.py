@@ -4,10 +4,12 @@ from dataclasses import replace
 
 import casadi as ca
 import numpy as np
+import numpy.typing as npt
 import pytest
 
 from twin.builtin import load_cell
 from twin.cell import Cell
+from twin.cell_mesh import DEFAULT_MESH
 from twin.constants import FARADAY_C_mol
 from twin.effects import (
     AGEING,
@@ -27,10 +29,15 @@ from twin.effects import (
     sei,
 )
 from twin.effects.stress_enhanced_diffusion import enhancement
+from twin.electrolyte import ElectrolyteSymbols
+from twin.layout import Layout
 from twin.load import Between, Load
 from twin.pack import Pack
+from twin.parameters import cell_parameters
 from twin.simulate import simulate
 from twin.solution import Solution
+
+FloatArray = npt.NDArray[np.float64]
 
 EVERYTHING: tuple[Ageing, ...] = tuple(kind() for kind in AGEING)
 
@@ -215,6 +222,26 @@ def test_filled_pores_slow_transport_down(m50: Cell) -> None:
     )
     assert filled.voltage_V[-1] < open_.voltage_V[-1] - 1e-3
     assert abs(filled.audit.relative_error) < 1e-14
+
+
+@pytest.mark.parametrize("exponent", [1.5, 2.6])
+def test_filled_pores_conduct_like_pores_made_so_by_the_exponent_of_the_cell(
+    m50: Cell, exponent: float
+) -> None:
+    """Not by 1.5: a quarter filled by 2.6, they would conduct 1.37 times as well as they do."""
+    layout, left = Layout(DEFAULT_MESH, ageing=True), 0.75 * m50.negative.porosity
+    salt, kelvin = ca.SX(np.full(layout.nodes, 1000.0)), ca.SX(298.15)
+    old = {"temperature_K": kelvin}
+
+    def of(porosity: float, now: ca.SX | None) -> FloatArray:
+        made = replace(m50.negative, porosity=porosity, transport_efficiency=porosity**exponent)
+        p = cell_parameters(replace(m50, negative=made))
+        symbols = ElectrolyteSymbols(m50.electrolyte, layout, {k: ca.SX(v) for k, v in p.items()})
+        got = symbols.conductivity_S_m("negative", salt, old, now)
+        return np.asarray(ca.evalf(got)).ravel()
+
+    filled = of(m50.negative.porosity, ca.SX(np.full(layout.electrodes[0], left)))
+    assert filled == pytest.approx(of(left, None), rel=1e-12)
 
 
 def test_heat_and_ageing_couple(m50: Cell) -> None:

@@ -27,7 +27,8 @@ class PorosityChange:
     balance: ClassVar[str] = "pores of the negative electrode: salt held, diffusion and conduction"
     equation: ClassVar[str] = (
         r"\varepsilon = \varepsilon_0 - \bar V_\mathrm{SEI}\,\Delta c_\mathrm{SEI}"
-        r" - \bar V_\mathrm{Li}(c_\mathrm{Li}+c_\mathrm{dead})"
+        r" - \bar V_\mathrm{Li}(c_\mathrm{Li}+c_\mathrm{dead}),\quad "
+        r"B = \varepsilon^{\,\ln B_0 / \ln \varepsilon_0}"
     )
     source: ClassVar[str] = (
         "O'Kane et al., Phys. Chem. Chem. Phys. 24, 7909 (2022), doi:10.1039/d2cp00417h"
@@ -35,9 +36,17 @@ class PorosityChange:
     signature: ClassVar[str] = "transport limits at high rate grow worse with age"
 
 
-def bruggeman(share: ca.SX) -> ca.SX:
-    """share**1.5: transport in pores of which `share` is left, over transport before."""
-    return share * ca.sqrt(share)
+def bruggeman(porosity: ca.SX, initial: ca.SX, efficiency: ca.SX) -> ca.SX:
+    """(n,) transport efficiency of shrunk pores: porosity**b, b = ln(efficiency) / ln(initial).
+
+    Args:
+        porosity: (n,) that is left.
+        initial: () before; none is all pore.
+        efficiency: () transport efficiency before, which is the cell's own: where it is
+            initial**1.5, b is 1.5.
+    """
+    exponent = ca.log(efficiency) / ca.log(initial)
+    return efficiency * ca.exp(exponent * ca.log(porosity / initial))
 
 
 def remaining(initial: ca.SX, filled: ca.SX) -> ca.SX:

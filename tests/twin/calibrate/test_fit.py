@@ -263,7 +263,7 @@ def test_a_pack_of_unlike_cells_and_no_test_are_refused() -> None:
     ids=lambda e: e.id,
 )
 def test_what_was_wrong_in_flights_is_not_put_on_tests(effect: AnyEffect) -> None:
-    """`twin explain --adopt` leaves it in a pack file; a cycler's data are as they were measured."""
+    """`twin explain --adopt` leaves it in a pack file; a cycler's data are as measured."""
     pack = replace(cell_pack(), effects=(SelfHeating(), effect))
     with pytest.raises(CalibrationError, match=f"^{effect.id} in the pack file.*explain"):
         problem_of(pack, empty_tests(pack, ("2C",)))
