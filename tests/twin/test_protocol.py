@@ -14,6 +14,7 @@ from twin.effects import (
     EFFECTS,
     Cracking,
     CurrentGain,
+    Leakage,
     Sei,
     SeiOnCracks,
     VoltageGain,
@@ -146,6 +147,17 @@ def test_steps_tell_what_flowed_whatever_the_sensors_say(lipo: Cell) -> None:
         assert other.energy_J == pytest.approx(one.energy_J)
         power_W = one.voltage_V * one.current_A
         assert one.energy_J == pytest.approx(np.trapezoid(power_W, one.time_s), rel=1e-3)
+
+
+def test_a_leak_acts_in_a_recording_and_not_in_the_rests_of_a_protocol(lipo: Cell) -> None:
+    leaking = Pack(cell=lipo, initial_soc=0.5, effects=(Leakage(current_A=0.4),))
+    t = np.arange(0.0, 61.0)
+    ground = FollowLoad(load=Load(time_s=t, current_A=np.zeros(t.size), between=Between.HOLD))
+    charge = ConstantCurrent(current_A=-1.0, duration_s=60.0)
+    recorded, rested, charged = run(leaking, (ground, Rest(duration_s=60.0), charge)).steps
+    assert recorded.charge_C == pytest.approx(0.4 * 60.0)
+    assert rested.charge_C == 0.0
+    assert charged.charge_C == pytest.approx(-60.0)
 
 
 def test_a_load_in_two_parts_answers_like_the_whole(lipo: Cell) -> None:

@@ -13,7 +13,11 @@ FloatArray = npt.NDArray[np.float64]
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Leakage:
-    """The pack discharges itself past the sensor while it flies: a soft short, a load too many.
+    """The pack discharges itself past the sensor while it is in use: a soft short, a load too many.
+
+    It acts in a recorded load, also where no current is recorded, and nowhere else: in the rests
+    and charges of a protocol (`twin age`) a load past the sensor is off. A short is not; nobody can
+    tell the two by a flight, and of a short the discharge between flights is left out.
 
     Attributes:
         current_A: past the sensor, out of the pack.
@@ -28,7 +32,9 @@ class Leakage:
     balance: ClassVar[str] = "current of the cells"
     equation: ClassVar[str] = r"I_\mathrm{cells} = I + I_\mathrm{leak}"
     source: ClassVar[str] = "Kirchhoff's law at the terminals"
-    signature: ClassVar[str] = "charge disappears in proportion to time, at rest as well"
+    signature: ClassVar[str] = (
+        "charge disappears in proportion to time, also while no current is recorded"
+    )
 
     def flowed_A(self, time_s: FloatArray, recorded_A: FloatArray) -> FloatArray:  # noqa: ARG002
         """(n,) the current in the pack."""
