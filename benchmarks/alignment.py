@@ -140,7 +140,6 @@ def make(seed: int, wrong: str = "", *, battery_period_s: float = 0.2) -> Case:
             time_s=samples.time_s[keep] + zero_s / (1 + 1e-6 * sensor_flaws.drift_ppm),
             current_A=samples.current_A[keep],
             voltage_V=None,
-            inverted=False,
             counts=SensorCounts(),
         ),
         log=log,

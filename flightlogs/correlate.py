@@ -14,11 +14,11 @@ MAX_GAP_S = 0.5
 """Across a longer hole nothing is interpolated."""
 
 
-def regrid(time_s: FloatArray, values: FloatArray, step_s: float = STEP_S) -> FloatArray:
-    """Values on an even grid from time_s[0], straight between samples, NaN across holes."""
+def regrid(time_s: FloatArray, values: FloatArray) -> FloatArray:
+    """Values on the even grid from time_s[0], straight between samples, NaN across holes."""
     keep = np.isfinite(values)
     t, v = time_s[keep], values[keep]
-    grid = np.arange(time_s[0], time_s[-1] + step_s / 2, step_s)
+    grid = np.arange(time_s[0], time_s[-1] + STEP_S / 2, STEP_S)
     out = np.interp(grid, t, v, left=np.nan, right=np.nan)
     after = np.clip(np.searchsorted(t, grid), 1, len(t) - 1)
     # A reference at 1 Hz has no holes of its own, only a slow rate.

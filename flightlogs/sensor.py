@@ -79,7 +79,6 @@ class SensorLog:
         time_s: (n,) since the first kept sample, strictly increasing; gaps stay gaps.
         current_A: (n,) discharge positive; NaN where not measured, absurd or at a rail.
         voltage_V: (n,) at the sensor, NaN where not measured, or None.
-        inverted: True if the file counts discharge negative (the sign was turned).
         counts: how many rows met which fate.
         warnings: everything doubtful or repaired.
     """
@@ -88,7 +87,6 @@ class SensorLog:
     time_s: FloatArray
     current_A: FloatArray
     voltage_V: FloatArray | None
-    inverted: bool
     counts: SensorCounts
     warnings: tuple[LogWarning, ...] = ()
 
@@ -166,7 +164,6 @@ def read_sensor(stream: BinaryIO, *, name: str) -> SensorLog:
         time_s=t - t[0],
         current_A=-i if inverted else i,
         voltage_V=None if raw.voltage_V is None else raw.voltage_V[once][good],
-        inverted=inverted,
         counts=counts,
         warnings=(*raw.warnings, *said, *told(counts, name)),
     )

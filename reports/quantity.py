@@ -50,6 +50,6 @@ def ampere_hours(charge_C: float | None, decimals: int = 3) -> str:
     return fixed(None if charge_C is None else charge_C / 3600, decimals)
 
 
-def celsius(temperature_K: float | None, decimals: int = 1) -> str:
+def celsius(temperature_K: float | None) -> str:
     """A temperature in degrees Celsius."""
-    return fixed(None if temperature_K is None else temperature_K - ZERO_CELSIUS_K, decimals)
+    return fixed(None if temperature_K is None else temperature_K - ZERO_CELSIUS_K, 1)

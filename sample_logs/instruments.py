@@ -169,27 +169,21 @@ def autopilot(flight: SyntheticFlight, flaws: AutopilotFlaws, *, seed: int) -> A
 
 
 def to_flight_log(
-    flight: SyntheticFlight,
-    *,
-    seed: int,
-    flaws: AutopilotFlaws | None = None,
-    voltage_V: FloatArray | None = None,
+    flight: SyntheticFlight, *, seed: int, flaws: AutopilotFlaws | None = None
 ) -> FlightLog:
     """The flight as a reader would give it, without a file in between.
+
+    The voltage is a straight line through the pack's EMF and resistance.
 
     Args:
         flight: what was flown.
         seed: of the measurement noise.
         flaws: of the autopilot's instruments, default AutopilotFlaws().
-        voltage_V: (n,) pack voltage at `flight.time_s`; without it a straight line through the
-            pack's EMF and resistance.
     """
     seen = autopilot(flight, flaws or AutopilotFlaws(), seed=seed)
-    if voltage_V is None:
-        drawn = np.cumsum(flight.current_A) * STEP_s / flight.airframe.capacity_C
-        emf = flight.airframe.series * (4.15 - 0.45 * drawn)
-        voltage_V = emf - flight.airframe.resistance_ohm * flight.current_A
     charge_C = np.cumsum(flight.current_A) * STEP_s
+    emf_V = flight.airframe.series * (4.15 - 0.45 * charge_C / flight.airframe.capacity_C)
+    voltage_V = emf_V - flight.airframe.resistance_ohm * flight.current_A
     battery = BatteryLog(
         instance=0,
         label="synthetic battery",

@@ -102,14 +102,13 @@ class Attempt:
 class Stretch:
     """Accepted points, the first being the start; `length_s` (points - 1,) lies between them.
 
-    `came`: the goal was reached; `worst_V`: the largest error of an accepted step.
+    `came`: the goal was reached.
     """
 
     points: list[Point]
     length_s: list[float]
     status: Status
     came: bool
-    worst_V: float = 0.0
 
     def charge_C(self) -> float:
         """Drawn from the cell: the current runs straight from point to point."""
@@ -196,7 +195,7 @@ class Stepper:
         lengths: list[float] = []
         if not self._good(start):
             return Stretch(points, lengths, self._reason(start, start), came=False)
-        came, doubtful, worst_V = goal(start) >= 0, 0, 0.0
+        came, doubtful = goal(start) >= 0, 0
         while gone_s < duration_s and not came:
             step_s = min(step_s, LONGEST_S, duration_s - gone_s)
             step_s, attempt = self._step(points[-1], step_s, move)
@@ -204,8 +203,7 @@ class Stepper:
             doubtful += share > 1
             if not attempt.good or doubtful > MOST_DOUBTFUL:
                 reason = self._reason(attempt.end, points[-1])
-                return Stretch(points, lengths, reason, came=False, worst_V=worst_V)
-            worst_V = max(worst_V, attempt.error_V)
+                return Stretch(points, lengths, reason, came=False)
             if came := goal(attempt.end) >= 0:
                 step_s, attempt = self._locate(points[-1], step_s, attempt, move, goal)
             points += [attempt.middle, attempt.end]
@@ -213,7 +211,7 @@ class Stepper:
             gone_s = duration_s if step_s == duration_s - gone_s else gone_s + step_s
             if share <= 1:
                 step_s *= min(GROW, SAFETY / max(share, 1e-9) ** 0.5)
-        return Stretch(points, lengths, Status.DONE, came=came, worst_V=worst_V)
+        return Stretch(points, lengths, Status.DONE, came=came)
 
     def _step(self, start: Point, step_s: float, move: Move) -> tuple[float, Attempt]:
         """A step of `step_s` or less within the tolerance, else the most accurate that was tried.

@@ -4,7 +4,7 @@ All of it follows from the state of the cells at that moment, nothing from the l
 """
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass, replace
 
 import casadi as ca
 import numpy as np
@@ -16,7 +16,6 @@ from twin.constants import FARADAY_C_mol
 from twin.equilibrium import Inventory, Window, window
 from twin.kernel import Backend
 from twin.limits import COLUMN
-from twin.mesh import Mesh
 from twin.one_thread import SYMBOLS
 from twin.pack import CellKind, Pack
 from twin.protocol import TOLERANCE_V
@@ -37,11 +36,6 @@ class LostLithium:
     plated_C: float
     dead_C: float
     trapped_C: float
-
-    @property
-    def total_C(self) -> float:
-        """All of it; plated lithium may yet return."""
-        return float(sum(getattr(self, f.name) for f in fields(self)))
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -125,13 +119,11 @@ class _Kept:
 
 
 class Examiner:
-    """Examines states of one pack (on one mesh); built once, since it holds functions."""
+    """Examines states of one pack; built once, since it holds functions."""
 
-    def __init__(
-        self, pack: Pack, *, mesh: Mesh | None = None, backend: Backend = Backend.AUTO
-    ) -> None:
+    def __init__(self, pack: Pack) -> None:
         self._pack = pack
-        self._stepper = Stepper(pack, pack.cell.reference_K, TOLERANCE_V, mesh, backend)
+        self._stepper = Stepper(pack, pack.cell.reference_K, TOLERANCE_V, None, Backend.AUTO)
         self._kinds, self._model = self._stepper.kinds, self._stepper.model.cell
         self._rate_A = pack.rated_C / pack.parallel / 3600
         self._shares = np.array([kind.count / pack.series for kind in self._kinds])

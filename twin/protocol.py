@@ -161,9 +161,6 @@ class StepResult:
         inside: at the same times.
         status: DONE if it ended as it says, else the limit that ended it.
         steps: kernel steps.
-        worst_error_V: the largest error of a time step, of one cell; beyond the tolerance in the
-            first moments of a film on fresh cracks, and after a jump no cycler could make. None for
-            a recorded load, whose steps are its samples.
     """
 
     step: Step
@@ -180,7 +177,6 @@ class StepResult:
     inside: Inside
     status: Status
     steps: int
-    worst_error_V: float | None
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -295,7 +291,6 @@ def _follow(pack: Pack, step: FollowLoad, now: _Now, settings: Settings) -> Step
         inside=solution.inside,
         status=solution.status,
         steps=solution.steps,
-        worst_error_V=None,
     )
 
 
@@ -333,7 +328,6 @@ def _adapt(
         inside=inside(pack, out),
         status=status,
         steps=stepper.steps - before,
-        worst_error_V=stretch.worst_V,
     )
 
 

@@ -46,7 +46,6 @@ class Readers:
             time_s=example.T,
             current_A=example.CURRENT,
             voltage_V=None,
-            inverted=False,
             counts=SensorCounts(),
             warnings=(LogWarning("sensor_saturated", "7 samples at a rail"),),
         )

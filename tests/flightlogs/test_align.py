@@ -42,7 +42,6 @@ def sensor_of(seed: int = 1, *, kind: str = "plan", flaws: SensorFlaws = FLAWS) 
         time_s=seen.time_s,
         current_A=seen.current_A,
         voltage_V=None,
-        inverted=False,
         counts=SensorCounts(),
     )
 

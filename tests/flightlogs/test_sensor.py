@@ -216,7 +216,6 @@ def test_voltage_is_kept_in_volt() -> None:
 def test_discharge_counted_negative_is_turned_and_said() -> None:
     log = read(table(i=-CURRENT_A))
     same(log)
-    assert log.inverted
     assert "current_sign_turned" in codes(log)
 
 

@@ -4,7 +4,6 @@ A candidate is simulated with the calibrated cell, its sensitivities are taken, 
 add to the information at hand is counted, the open-circuit voltage at its start being free as well.
 """
 
-from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -85,16 +84,14 @@ class Advice:
     helps: tuple[tuple[str, float], ...]
 
 
-def advise(
-    problem: Problem, q: FloatArray, found: Answer, *, candidates: Sequence[Candidate] = CANDIDATES
-) -> tuple[Advice, ...]:
-    """The candidates that this cell completes, the most informative first."""
+def advise(problem: Problem, q: FloatArray, found: Answer) -> tuple[Advice, ...]:
+    """The CANDIDATES that this cell completes, the most informative first."""
     noise_V = float(np.median([t.noise_V for t in problem.tests]))
     missed_V = float(np.median(taken_V(problem)))
     cell = [k for k, name in enumerate(found.names) if not of_tests(name)]
     before = found.covariance[np.ix_(cell, cell)]
     out = []
-    for candidate in candidates:
+    for candidate in CANDIDATES:
         information = _information(problem, q[cell], candidate, noise_V, missed_V)
         if information is None:
             continue

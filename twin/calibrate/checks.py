@@ -62,13 +62,6 @@ class Fitted:
         """The same, what is missed where the voltage dives over `shape`."""
         return rms((self.measured_V - self.simulated_V) / self.shape)
 
-    @property
-    def even_held_out_rms_V(self) -> float | None:
-        """The same of what is predicted without this test."""
-        if self.held_out_V is None:
-            return None
-        return rms((self.measured_V - self.held_out_V) / self.shape)
-
     def rms_by_soc_V(self) -> FloatArray:
         """(SOC_BINS,) from empty to full; NaN where the test has no samples."""
         place = np.clip((self.soc * SOC_BINS).astype(int), 0, SOC_BINS - 1)

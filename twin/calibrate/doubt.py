@@ -35,6 +35,7 @@ SAME = ("particle_radius_m", "porosity")
 """Suffixes of what fit and cell share as it is; the rest is relative to the cell of the start."""
 NEAR = 1e-3  # files round
 TRIES = 50  # draws for one that is possible
+SEED = 0
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -107,21 +108,20 @@ def read_doubt(text: str, *, name: str) -> Doubt:
 
 
 def draws(
-    pack: Pack, count: int, *, cell: Doubt | None = None, aged: Doubt | None = None, seed: int = 0
+    pack: Pack, count: int, *, cell: Doubt | None = None, aged: Doubt | None = None
 ) -> tuple[Pack, ...]:
-    """`count` packs that may be `pack` as well.
+    """`count` packs that may be `pack` as well; the same ones each time.
 
     Args:
         pack: as it was calibrated, with its effects of ageing.
         count: how many.
         cell: of its cell; None if that was not calibrated.
         aged: of its ageing; None if that was not fitted.
-        seed: of the draws.
 
     Raises:
         CalibrationError: `cell` is not of the cell of `pack`, or allows no cell.
     """
-    random = np.random.default_rng(seed)
+    random = np.random.default_rng(SEED)
     mapped = None if cell is None else _Drawn(pack, cell)
     out = []
     for _ in range(count):
@@ -131,9 +131,9 @@ def draws(
     return tuple(out)
 
 
-def cells_drawn(pack: Pack, doubt: Doubt, count: int, *, seed: int = 0) -> tuple[Other, ...]:
+def cells_drawn(pack: Pack, doubt: Doubt, count: int) -> tuple[Other, ...]:
     """`count` cells that may be that of `pack` as well, cooling included; errors as `draws`."""
-    random, mapped = np.random.default_rng(seed), _Drawn(pack, doubt, warming=True)
+    random, mapped = np.random.default_rng(SEED), _Drawn(pack, doubt, warming=True)
     drawn = (dict(mapped.moved(random)) for _ in range(count))
     own = next((e.heat_transfer_W_m2_K for e in pack.effects if isinstance(e, SelfHeating)), 0.0)
     return tuple(

@@ -90,11 +90,11 @@ class Assessed:
     counterfactuals: Mapping[str, Cycled]
     cannot: Mapping[str, str]
 
-    def without(self, feature: str, measure: str, part: Part = Part.WHOLE) -> float:
+    def without(self, feature: str, measure: str) -> float:
         """Damage that goes when `feature` goes, over the motion's own; < 0 if it grows."""
-        of = number(measure, part)
+        of = number(measure, Part.WHOLE)
         own = of(self.cycled)
-        if abs(own) <= NEXT_TO_NOTHING * abs(number(measure, Part.WHOLE)(self.cycled)):
+        if not own:
             return float("nan")
         return (own - of(self.counterfactuals[feature])) / own
 

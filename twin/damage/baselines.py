@@ -12,19 +12,19 @@ COUNT = 4
 CLOSEST = 0.05  # of the mean: closer together they tell less than their errors
 
 
-def currents_A(means_A: Sequence[float], count: int = COUNT) -> tuple[float, ...]:
-    """`count` round currents, evenly spaced, the first and the last around all `means_A`.
+def currents_A(means_A: Sequence[float]) -> tuple[float, ...]:
+    """COUNT round currents, evenly spaced, the first and the last around all `means_A`.
 
     Two significant steps a decade would be coarse: steps are 1, 2 or 5 times a power of ten.
     """
     low, high = min(means_A), max(means_A)
     for step in _steps(CLOSEST * low):
         first = step * np.floor(low / step + 1e-9)
-        if first > 0 and first + (count - 1) * step >= high:
-            return tuple(float(first + k * step) for k in range(count))
+        if first > 0 and first + (COUNT - 1) * step >= high:
+            return tuple(float(first + k * step) for k in range(COUNT))
         if first <= 0:
             break
-    return tuple(np.linspace(low * (1 - CLOSEST), high * (1 + CLOSEST), count).tolist())
+    return tuple(np.linspace(low * (1 - CLOSEST), high * (1 + CLOSEST), COUNT).tolist())
 
 
 def _steps(least: float) -> list[float]:

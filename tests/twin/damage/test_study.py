@@ -247,10 +247,9 @@ def test_what_drives_the_damage_is_seen_by_leaving_it(pack: Pack) -> None:
     found = assess(pack, [manoeuvre("vertical")], Protocol(cycles=1), counterfactuals=True)
     own = found.motions["vertical"]
     assert set(own.counterfactuals) == {"peaks", "ripple", "ramps", "duty", TEMPERATURE}
-    assert own.without(TEMPERATURE, "sei", Part.FLIGHT) > 0.1  # warmth makes films grow
-    assert own.without("peaks", "sei", Part.FLIGHT) > 0.01  # and peaks make warmth
+    assert own.without(TEMPERATURE, "sei") > 0.1  # warmth makes films grow
+    assert own.without("peaks", "sei") > 2e-3  # and peaks make warmth, the charge apart
     assert own.counterfactuals[TEMPERATURE].flight.max_K == pytest.approx(298.15)
-    assert np.isnan(own.without("peaks", "positive", Part.FLIGHT))  # of next to nothing
 
 
 def test_a_pack_lasts_fewer_flights_if_it_stands_for_days(pack: Pack) -> None:
