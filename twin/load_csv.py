@@ -1,30 +1,30 @@
 """A load from a CSV file: time and current, and the voltage and what else was measured."""
 
-import csv
-from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from typing import TextIO
 
 import numpy as np
 import numpy.typing as npt
 
-from twin.calibrate.table import (
-    QUANTITIES,
-    CalibrationError,
-    Place,
-    cell_columns,
-    column_of,
+from twin.columns import (
+    KELVIN,
+    FloatArray,
+    Lines,
+    TableError,
+    cells_of_a_pack,
+    column,
     not_there,
-    possible_K,
+    places_of,
+    table_lines,
     untaken_temperature,
 )
-from twin.load import Between, Load, LoadError
+from twin.load import Between, Load
 
-FloatArray = npt.NDArray[np.float64]
-Lines = Sequence[tuple[int, Sequence[str]]]
-
-EXACT = {"time_s": ("time_s",), "current_A": ("current_a",), "voltage_V": ("voltage_v",)}
-"""Headers of our own tables, which count before others with the same quantity."""
+MOST_S = 50 * 86400.0  # longer is a clock that was set, or in another unit
+NO_VOLTAGE = "Lines with a voltage of 0 V, which a sensor that dropped out writes, taken for none:"
+NO_TEMPERATURE = "Lines with a temperature that no pack can have, taken for none:"
+TURNED = "In this file discharge current is negative, as its voltage shows: it was turned round."
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -65,63 +65,24 @@ def read_load_csv(stream: TextIO, *, name: str) -> LoadTable:
     voltage where no other column has it.
 
     Raises:
-        LoadError: it is empty or no CSV, a column is missing or there twice, no line has a time and
-            a current, a cell is no number, a clock goes back or is months long; with the line where
-            there is one.
+        TableError: it is empty or no CSV, a column is missing or there twice, no line has a time
+            and a current, a cell is no number, a clock goes back or is months long; with the line
+            where there is one.
     """
-    rows = csv.reader(stream)
-    try:
-        header = next(rows, [])
-        lines = [(rows.line_num, row) for row in rows if any(text.strip() for text in row)]
-        of_cells = cell_columns(header, name)
-    except (csv.Error, CalibrationError) as e:
-        raise LoadError(f"{name}: {str(e).removeprefix(f'{name}: ')}") from e
+    header, lines = table_lines(stream, name=name)
+    of_cells = cells_of_a_pack(header, name)
     if not lines and not any(title.strip() for title in header):
-        raise LoadError(f"{name}: the file is empty; expected a recording of time and current")
-    places = _places(header, of_cells)
+        raise TableError(f"{name}: the file is empty; expected a recording of time and current")
+    places = places_of(header, of_cells)
     if lacking := [ours for ours in ("time_s", "current_A") if ours not in places]:
-        raise LoadError(f"{name}: {not_there(lacking, header)}")
-    table = _table(lines, places, of_cells, name)
-    if title := untaken_temperature(header, places):
-        said = f"{title!r} is a temperature in no unit that is known (degC or K): it was not read."
-        return replace(table, remarks=(*table.remarks, said))
-    return table
-
-
-def _places(header: Sequence[str], of_cells: Sequence[Place]) -> dict[str, Place]:
-    """Our name -> column, of those there are."""
-    taken = {place for place, _, _ in of_cells}
-    own = ["" if k in taken else title for k, title in enumerate(header)]
-    plain = [title.strip().lstrip("\ufeff").casefold() for title in own]
-    out = {}
-    for ours in QUANTITIES:
-        exact = next((plain.index(h) for h in EXACT.get(ours, ()) if h in plain), None)
-        place = (exact, 1.0, 0.0) if exact is not None else column_of(own, ours)
-        if place is not None:
-            out[ours] = place
-    return out
-
-
-def _table(
-    lines: Lines, places: dict[str, Place], of_cells: Sequence[Place], name: str
-) -> LoadTable:
-    time_s = _column(lines, places["time_s"], "time_s", name)
-    current_A = _column(lines, places["current_A"], "current_A", name)
-    whole = np.isfinite(time_s) & np.isfinite(current_A)
-    if not whole.any():
-        raise LoadError(f"{name}: no line has a time and a current")
-    _check_clock(
-        time_s[whole], [line for (line, _), w in zip(lines, whole, strict=True) if w], name
+        raise TableError(f"{name}: {not_there(lacking, header)}")
+    columns = {q: column(lines, place, q, name) for q, place in places.items()}
+    needed = {"a time": columns["time_s"], "a current": columns["current_A"]}
+    kept, left_out = kept_lines(lines, needed, name)
+    columns = {q: values[kept] for q, values in columns.items()}
+    cells_V, dead = living(
+        [column(lines, p, f"cell {k}", name)[kept] for k, p in enumerate(of_cells, start=1)]
     )
-    kept = np.flatnonzero(whole)
-    kept = kept[np.append(np.diff(time_s[kept]) > 0, [True])]
-    columns = {
-        ours: _column(lines, places[ours], ours, name)[kept]
-        for ours in ("voltage_V", "temperature_K")
-        if ours in places
-    }
-    cells = [_column(lines, p, f"cell {k}", name)[kept] for k, p in enumerate(of_cells, start=1)]
-    cells_V, dead = _living(cells)
     voltage_V = columns.get("voltage_V")
     if voltage_V is not None and (cells_V is None or np.isfinite(voltage_V).any()):
         dead = dead | (voltage_V == 0.0)
@@ -129,8 +90,10 @@ def _table(
     elif cells_V is not None:
         voltage_V = cells_V.sum(axis=1)
     temperature_K, strange = possible_K(columns.get("temperature_K"))
-    time_s, current_A = time_s[kept], current_A[kept]
+    time_s, current_A = columns["time_s"], columns["current_A"]
     turned = voltage_V is not None and charges(time_s, current_A, voltage_V)
+    title = untaken_temperature(header, places)
+    unread = f"{title!r} is a temperature in no unit that is known (degC or K): it was not read."
     return LoadTable(
         time_s=time_s,
         current_A=-current_A if turned else current_A,
@@ -138,24 +101,45 @@ def _table(
         temperature_K=temperature_K,
         cell_voltage_V=cells_V,
         remarks=(
-            *_left_out(whole.size - int(whole.sum()), "have no time, or no current that can flow,"),
-            *_left_out(int(whole.sum()) - kept.size, "have the time of the line after them"),
+            *left_out,
             *((TURNED,) if turned else ()),
             *((f"{NO_VOLTAGE} {np.count_nonzero(dead)}.",) if np.any(dead) else ()),
             *((f"{NO_TEMPERATURE} {strange}.",) if strange else ()),
             *_without_voltage(voltage_V),
+            *((unread,) if title else ()),
         ),
     )
 
 
-NONE = 1e6  # SI, of all but times: loggers write the largest number that they have for no answer
-MOST_S = 50 * 86400.0  # longer is a clock that was set, or in another unit
-NO_VOLTAGE = "Lines with a voltage of 0 V, which a sensor that dropped out writes, taken for none:"
-NO_TEMPERATURE = "Lines with a temperature that no pack can have, taken for none:"
-TURNED = "In this file discharge current is negative, as its voltage shows: it was turned round."
+def kept_lines(
+    lines: Lines, needed: Mapping[str, FloatArray], name: str
+) -> tuple[npt.NDArray[np.intp], tuple[str, ...]]:
+    """Which of all lines have what is `needed`, and what is to be said of the others.
+
+    The first of it is the time: of lines with one the last counts. TableError if there is no such
+    line, or the clock is no clock.
+    """
+    time_s = next(iter(needed.values()))
+    whole = np.flatnonzero(np.all(np.isfinite([*needed.values()]), axis=0))
+    if not whole.size:
+        raise TableError(f"{name}: no line has {' and '.join(needed)}")
+    _check_clock(time_s[whole], [lines[k][0] for k in whole.tolist()], name)
+    kept = whole[np.append(np.diff(time_s[whole]) > 0, [True])]
+    return kept, (
+        *_left_out(len(lines) - whole.size, "have no time, or no current that can flow,"),
+        *_left_out(whole.size - kept.size, "have the time of the line after them"),
+    )
 
 
-def _living(cells: Sequence[FloatArray]) -> tuple[FloatArray | None, npt.NDArray[np.bool_]]:
+def possible_K(kelvin: FloatArray | None) -> tuple[FloatArray | None, int]:
+    """NaN for temperatures that no pack can have, as loggers write for none; how many were."""
+    if kelvin is None:
+        return None, 0
+    strange = (kelvin < KELVIN[0]) | (kelvin > KELVIN[1])
+    return np.where(strange, np.nan, kelvin), int(strange.sum())
+
+
+def living(cells: Sequence[FloatArray]) -> tuple[FloatArray | None, npt.NDArray[np.bool_]]:
     """(n, cells) without those that are 0 V or blank throughout; (n,) where another is 0 V."""
     there = [own for own in cells if np.any(np.isfinite(own) & (own != 0.0))]
     if not there:
@@ -181,14 +165,14 @@ def _check_clock(time_s: FloatArray, numbers: Sequence[int], name: str) -> None:
     if (back := np.flatnonzero(np.diff(time_s) < 0)).size:
         at = int(back[0])
         all_of_it = "; it runs backwards throughout" if back.size == time_s.size - 1 else ""
-        raise LoadError(
+        raise TableError(
             f"{name}, line {numbers[at + 1]}: the clock goes back, from {time_s[at]:g} s to "
             f"{time_s[at + 1]:g} s ({back.size} such lines{all_of_it}): give one recording with "
             "its lines in order"
         )
     if (whole_s := float(np.ptp(time_s))) > MOST_S:
         at = int(np.argmax(np.diff(time_s)))
-        raise LoadError(
+        raise TableError(
             f"{name}: {whole_s / 86400:.0f} days long, expected {MOST_S / 86400:.0f} or less; the "
             f"longest pause, {time_s[at + 1] - time_s[at]:.3g} s, is before line "
             f"{numbers[at + 1]}: was its clock set there, or is its time not in the unit that its "
@@ -213,19 +197,3 @@ def charges(time_s: FloatArray, current_A: FloatArray, voltage_V: FloatArray) ->
         return False
     slopes = np.linalg.lstsq(np.column_stack(moved), voltage_V[good], rcond=None)[0]
     return bool(np.sum(slopes) > 0)
-
-
-def _column(lines: Lines, place: Place, ours: str, name: str) -> FloatArray:
-    """(n,) SI; NaN where a cell is empty, or says so by a number that nothing can have."""
-    where, factor, offset = place
-    out = np.full(len(lines), np.nan)
-    for k, (line, row) in enumerate(lines):
-        text = row[where].strip() if where < len(row) else ""
-        try:
-            out[k] = float(text) if text else np.nan
-        except ValueError as e:
-            raise LoadError(f"{name}, line {line}: {ours} is {text!r}, no number") from e
-    values = out * factor + offset
-    return np.where(
-        np.isfinite(out) & ((ours == "time_s") | (np.abs(values) < NONE)), values, np.nan
-    )

@@ -4,7 +4,8 @@ from dataclasses import replace
 
 import numpy as np
 
-from twin.load_csv import FloatArray, LoadTable
+from twin.columns import FloatArray
+from twin.load_csv import LoadTable
 
 LOADED = 0.25  # of the median current
 TOGETHER = 0.6

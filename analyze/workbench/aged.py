@@ -22,7 +22,6 @@ from twin.calibrate.answer import Estimate, Verdict
 from twin.calibrate.check_ups import CheckUps, read_check_ups
 from twin.calibrate.out import combination, toml_text
 from twin.calibrate.polish import MOST_STEPS
-from twin.calibrate.table import CalibrationError
 from twin.effects import Sei
 from twin.pack import Pack
 from twin.whole_file import write_whole
@@ -74,11 +73,8 @@ def run_life(life: Life) -> int:
 
 def _read(path: Path) -> CheckUps:
     name = printable(path.stem)
-    try:
-        with path.open(encoding="utf-8-sig", newline="") as stream:
-            return read_check_ups(stream, name=name)
-    except UnicodeDecodeError as e:
-        raise CalibrationError(f"{name}: not a readable CSV: {e}") from e
+    with path.open(encoding="utf-8-sig", newline="") as stream:
+        return read_check_ups(stream, name=name)
 
 
 def _fitted(pack: Pack, regime: Regime, ups: CheckUps) -> tuple[LifeProgress, bool]:

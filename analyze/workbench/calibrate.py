@@ -222,10 +222,8 @@ def _read(
     path: Path, pack: Pack, between: str, ambient_K: float
 ) -> tuple[ReferenceTest, SourceFile]:
     name, content = printable(path.stem), path.read_bytes()
-    try:
-        table = read_test(io.StringIO(content.decode("utf-8-sig"), newline=""), name=name)
-    except UnicodeDecodeError as e:
-        raise CalibrationError(f"{name}: not a readable CSV: {e}") from e
+    text = io.TextIOWrapper(io.BytesIO(content), encoding="utf-8-sig", newline="")
+    table = read_test(text, name=name)
     test = reference_test(table, pack, between=Between(between), ambient_K=ambient_K)
     return test, SourceFile(name=name, sha256=hashlib.sha256(content).hexdigest())
 

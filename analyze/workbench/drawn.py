@@ -26,6 +26,7 @@ from reports.flight import PackUse
 from reports.quantity import ampere_hours, celsius, fixed
 from segment import Segment, cut
 from twin.bpx_file import CellError
+from twin.columns import TableError
 from twin.constants import ZERO_CELSIUS_K
 from twin.graded import graded
 from twin.load import Between, Load, LoadError
@@ -89,7 +90,7 @@ def refusing() -> Iterator[None]:
     """What is wrong with a file or an option becomes wrong use, with the same words."""
     try:
         yield
-    except (CellError, LoadError, LogError, PackError, ProtocolError) as e:
+    except (CellError, LoadError, LogError, PackError, ProtocolError, TableError) as e:
         raise WrongUse(str(e)) from e
     except OSError as e:
         shown = f"{click.format_filename(e.filename)}: " if e.filename else ""
@@ -142,11 +143,8 @@ def _of_csv(ask: Ask, choice: PackChoice) -> Drawn:
             f"{'--sensor' if ask.sensor else '--battery'} belongs to one"
         )
     name = printable(ask.source.name)
-    try:
-        with ask.source.open(encoding="utf-8-sig", newline="") as stream:
-            table = read_load_csv(stream, name=name)
-    except UnicodeDecodeError as e:
-        raise LoadError(f"{name}: neither a flight log nor a CSV") from e
+    with ask.source.open(encoding="utf-8-sig", newline="") as stream:
+        table = read_load_csv(stream, name=name)
     between = Between(ask.between or Between.LINEAR)
     measured = between is Between.LINEAR  # programmed steps stand at their largest as they please
     table = _without(table, ask.concealed)

@@ -6,7 +6,7 @@ from pathlib import Path
 
 from analyze.names import printable
 from analyze.workbench.drawn import Drawn
-from twin.mismatch import MismatchError, Revealed, read_hidden_csv, reveal
+from twin.mismatch import Revealed, read_hidden_csv, reveal
 from twin.pack_file import effects_of, parse_pack_file
 
 
@@ -22,18 +22,16 @@ def revealed_of(
         adopted: text of the adopted pack file, or "".
 
     Raises:
-        MismatchError: a file cannot be used.
+        TableError: a file cannot be read.
+        MismatchError: it is not of its recording.
         OSError: a file cannot be opened.
     """
     effects = effects_of(parse_pack_file(adopted, name="adopted")) if adopted else None
     out: list[Revealed] = []
     for path in files:
         name = printable(path.name)
-        try:
-            with path.open(encoding="utf-8-sig", newline="") as stream:
-                table = read_hidden_csv(stream, name=name)
-        except UnicodeDecodeError as e:
-            raise MismatchError(f"{name}: not a readable CSV (UTF-8 text with commas)") from e
+        with path.open(encoding="utf-8-sig", newline="") as stream:
+            table = read_hidden_csv(stream, name=name)
         flight = belongs_to(path, recordings)
         own = drawn[flight]
         better = None if effects is None else replace(own.pack, effects=effects)

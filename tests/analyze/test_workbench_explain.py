@@ -145,7 +145,7 @@ def test_a_reveal_that_cannot_be_read_takes_neither_verdict_nor_page(tmp_path: P
     (tmp_path / "bad").write_text("time_s,temperature_c\n0,x\n1,2\n", encoding="utf-8")
     result = call(tmp_path, log, "--reveal", tmp_path / "bad")
     assert result.exit_code == 2
-    assert "bad, line 2: 'x' is no number" in result.output
+    assert "bad, line 2: temperature_K is 'x', no number" in result.output
     assert {p.name for p in (tmp_path / "out").iterdir()} == {"mismatch.json", "explain.html"}
 
 

@@ -63,7 +63,7 @@ def test_bytes_that_are_neither_log_nor_text_are_wrong_use(tmp_path: Path) -> No
     (tmp_path / "x").write_bytes(b"\xff\xfe\x00\x80" * 9)
     result = call(tmp_path, str(tmp_path / "x"))
     assert result.exit_code == 2
-    assert "neither a flight log nor a CSV" in result.output
+    assert "not a readable CSV, which is UTF-8 text" in result.output
 
 
 def test_a_load_is_replayed_into_tables_and_a_drawing(tmp_path: Path) -> None:

@@ -8,6 +8,7 @@ import pytest
 
 from tests.reports import example
 from tests.twin.mismatch.recordings import flown
+from twin.columns import TableError
 from twin.load import Between, Load, LoadError
 from twin.load_csv import LoadTable, charges, read_load_csv
 from twin.replay import Replay
@@ -124,7 +125,7 @@ def test_units_change_nothing() -> None:
     ids=["a clock that was set", "microseconds that are called seconds"],
 )
 def test_what_no_twin_could_follow_is_refused(times: list[str], said: str) -> None:
-    with pytest.raises(LoadError, match=said):
+    with pytest.raises(TableError, match=said):
         read("\n".join(["time_s,current_A", *(f"{t},1" for t in times)]))
 
 

@@ -1,5 +1,6 @@
 """What was measured of a pack along its life: check-ups from a CSV file."""
 
+import math
 import re
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -8,7 +9,8 @@ from typing import TextIO
 import numpy as np
 import numpy.typing as npt
 
-from twin.calibrate.table import CalibrationError, csv_lines, named
+from twin.calibrate.table import CalibrationError
+from twin.columns import Lines, Place, TableError, column, named, table_lines
 
 FloatArray = npt.NDArray[np.float64]
 
@@ -50,23 +52,18 @@ def read_check_ups(stream: TextIO, *, name: str) -> CheckUps:
     """Columns "Cycle", "Capacity / Ah" and, if there is one, "Resistance / ohm".
 
     Raises:
-        CalibrationError: a column is missing, a value is no positive number, cycles are not whole
-            or do not increase, or there are too few check-ups.
+        TableError: it is no CSV, a column is missing, or a value is no number.
+        CalibrationError: a value is not positive, cycles are not whole or do not increase, or there
+            are too few check-ups.
     """
-    rows = csv_lines(stream, name=name)
-    _, header = next(rows, (0, []))
+    header, lines = table_lines(stream, name=name)
     places = _places(header)
     for wanted, like in (("cycle", "Cycle"), ("capacity_C", "Capacity / Ah")):
         if wanted not in places:
-            raise CalibrationError(f"{name}: no column for {wanted}: expected a header {like!r}")
-    lines = [(number, row) for number, row in rows if any(cell.strip() for cell in row)]
+            raise TableError(f"{name}: no column for {wanted}: expected a header {like!r}")
     if len(lines) < LEAST:
         raise CalibrationError(f"{name}: {len(lines)} check-ups: expected {LEAST} or more")
-    values = {
-        quantity: np.array([_number(row, place, f"{name}, line {n}: {quantity}")
-                            for n, row in lines]) * factor
-        for quantity, (place, factor) in places.items()
-    }  # fmt: skip
+    values = {quantity: _full(lines, p, quantity, name) for quantity, p in places.items()}
     cycle = values["cycle"]
     if np.any(cycle != np.round(cycle)) or cycle[0] < 0 or np.any(np.diff(cycle) <= 0):
         raise CalibrationError(
@@ -82,25 +79,23 @@ def read_check_ups(stream: TextIO, *, name: str) -> CheckUps:
     )
 
 
-def _places(header: list[str]) -> dict[str, tuple[int, float]]:
-    """Quantity -> place and factor of the first column that has it."""
-    out: dict[str, tuple[int, float]] = {}
+def _full(lines: Lines, place: Place, quantity: str, name: str) -> FloatArray:
+    values = column(lines, place, quantity, name, most=math.inf)
+    if (blank := np.flatnonzero(np.isnan(values))).size:
+        line, row = lines[blank[0]]
+        text = row[place[0]] if place[0] < len(row) else ""
+        raise TableError(f"{name}, line {line}: {quantity} is {text!r}: expected a number")
+    return values
+
+
+def _places(header: list[str]) -> dict[str, Place]:
+    """Quantity -> the first column that has it."""
+    out: dict[str, Place] = {}
     for place, title in enumerate(header):
         if CYCLE.match(title.strip().lstrip("\ufeff").casefold()):
-            out.setdefault("cycle", (place, 1.0))
+            out.setdefault("cycle", (place, 1.0, 0.0))
         what, unit = named(title)
         for quantity, (word, units) in COLUMNS.items():
             if unit in units and word in what:
-                out.setdefault(quantity, (place, units[unit]))
+                out.setdefault(quantity, (place, units[unit], 0.0))
     return out
-
-
-def _number(row: list[str], place: int, where: str) -> float:
-    text = row[place].strip() if place < len(row) else ""
-    try:
-        value = float(text)
-    except ValueError:
-        value = float("nan")
-    if not np.isfinite(value):
-        raise CalibrationError(f"{where} is {text!r}: expected a number")
-    return value

@@ -14,6 +14,7 @@ from twin.calibrate.check_ups import CheckUps, read_check_ups
 from twin.calibrate.degradation import LifeProblem, aged_by, ageing_parameters, course
 from twin.calibrate.life import Leap, checked
 from twin.calibrate.table import CalibrationError
+from twin.columns import TableError
 from twin.effects import EFFECTS, AnyEffect, Sei, SelfHeating, WeakCell, chosen
 from twin.load import Between, Load
 from twin.pack import Pack
@@ -141,5 +142,5 @@ def test_check_ups_are_read_with_their_units() -> None:
     ],
 )
 def test_what_are_no_check_ups_is_refused(text: str, said: str) -> None:
-    with pytest.raises(CalibrationError, match=said):
+    with pytest.raises((CalibrationError, TableError), match=said):
         read_check_ups(io.StringIO(text), name="x")

@@ -10,8 +10,9 @@ from twin.at_rest import open_circuit_V
 from twin.calibrate.check_ups import read_check_ups
 from twin.calibrate.reference import ReferenceTest, discharge_sign, left_unknown, reference_test
 from twin.calibrate.table import CalibrationError, MeasuredTable, read_test
+from twin.columns import TableError
 from twin.load import Load
-from twin.mismatch import MismatchError, read_hidden_csv
+from twin.mismatch import read_hidden_csv
 from twin.pack import Pack
 from twin.simulate import simulate
 
@@ -74,7 +75,7 @@ def test_a_temperature_at_the_start_alone_says_nothing_of_how_a_cell_warms() -> 
 @pytest.mark.parametrize("title", ["Temperature", "Temp / F", "Temperature / °F", "T_cell [F]"])
 def test_a_temperature_in_no_unit_that_is_known_is_refused(title: str) -> None:
     """It would be as if there was none, and every test at the pack file's."""
-    with pytest.raises(CalibrationError, match="is a temperature in no unit that is known"):
+    with pytest.raises(TableError, match="is a temperature in no unit that is known"):
         read(f"Time / s,Current / A,Voltage / V,{title}", "0,0,4.1,68", "1,1,4,68")
 
 
@@ -94,11 +95,11 @@ def test_a_time_that_begins_anew_with_each_step_is_not_that_of_the_test() -> Non
 
 def test_lines_that_measured_nothing_are_left_out_and_counted() -> None:
     """A voltage of exactly 0 is that of a channel that dropped out."""
-    rows = "0,0,4.1", "1,2,4.0", "2,2,", "3,2,0.0", "", "4,2,3.9"
+    rows = "0,0,4.1", "1,2,4.0", "2,2,", "2,nan,4", "2,3.4e38,4", "3,2,0.0", "", "4,2,3.9"
     table = read("Time / s,Current / A,Voltage / V", *rows)
     assert table.voltage_V == pytest.approx([4.1, 4.0, 3.9])
     assert [r.split(" were")[0] for r in table.remarks] == [
-        "lines without time, current or voltage: 1",
+        "lines without time, current or voltage: 3",
         "lines with a voltage of 0, which is none: 1",
     ]
     assert reference_test(table, cell_pack()).remarks[:2] == table.remarks
@@ -111,11 +112,11 @@ UNCLOSED = '"' + "1,2,3\n" * 30_000  # more than the csv module takes for one ce
 
 @pytest.mark.parametrize("header", ["Time / s,Current / A,Voltage / V\n0,0,4\n", ""])
 def test_a_quote_that_is_not_closed_is_told_with_its_line(header: str) -> None:
-    with pytest.raises(CalibrationError, match=r"t\.csv, line \d+: not a readable CSV: field"):
+    with pytest.raises(TableError, match=r"t\.csv, line \d+: not a readable CSV: field"):
         read_test(io.StringIO(header + UNCLOSED), name="t.csv")
-    with pytest.raises(CalibrationError, match=r"l\.csv, line \d+: not a readable CSV: field"):
+    with pytest.raises(TableError, match=r"l\.csv, line \d+: not a readable CSV: field"):
         read_check_ups(io.StringIO("Cycle,Capacity / Ah\n" + UNCLOSED), name="l.csv")
-    with pytest.raises(MismatchError, match=r"h\.csv, line \d+: not a readable CSV: field"):
+    with pytest.raises(TableError, match=r"h\.csv, line \d+: not a readable CSV: field"):
         read_hidden_csv(io.StringIO("time_s,temperature_c\n" + UNCLOSED), name="h.csv")
 
 
@@ -164,7 +165,6 @@ def test_a_temperature_of_the_air_is_not_the_cells(
     [
         ("Time / s,Voltage / V", ("0,4",), "no column for current_A"),
         ("Time / s,Current / A,Voltage / V", ("0,1,4", "1,x,4"), "line 3: current_A is 'x'"),
-        ("Time / s,Current / A,Voltage / V", ("0,1,4", "1,nan,4"), "line 3"),
         (
             "Time / s,Current / A,Voltage / V",
             ("0,1,4", "0,1,4"),
@@ -174,7 +174,7 @@ def test_a_temperature_of_the_air_is_not_the_cells(
     ],
 )
 def test_what_is_wrong_in_a_file_is_named(header: str, lines: tuple[str, ...], says: str) -> None:
-    with pytest.raises(CalibrationError, match=says):
+    with pytest.raises((CalibrationError, TableError), match=says):
         read(header, *lines)
 
 

@@ -19,6 +19,7 @@ from twin.calibrate.reference import ReferenceTest, reference_test
 from twin.calibrate.run import Progress, fit, problem_of
 from twin.calibrate.table import CalibrationError, read_test
 from twin.calibrate.unlike import part
+from twin.columns import TableError
 from twin.effects import WeakCell
 from twin.load import Load
 from twin.pack import Pack
@@ -157,5 +158,5 @@ def test_without_a_voltage_of_the_pack_it_is_the_sum_of_its_cells() -> None:
     ],
 )
 def test_columns_that_cannot_be_those_of_cells_are_refused(header: str, said: str) -> None:
-    with pytest.raises(CalibrationError, match=said):
+    with pytest.raises(TableError, match=said):
         read_test(io.StringIO(TWO.format(header)), name="x")
