@@ -47,7 +47,8 @@ from twin.calibrate.parameters import EMPTY_ENDS, Parameter, Scale
 from twin.calibrate.reference import ReferenceTest
 from twin.calibrate.resample import Sampled
 from twin.calibrate.run import fit, problem_of
-from twin.calibrate.simulated import BEYOND_V, Simulated
+from twin.calibrate.simulated import Simulated
+from twin.cell import BEYOND_V
 from twin.load import Between
 from twin.pack import Pack
 

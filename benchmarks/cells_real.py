@@ -103,7 +103,7 @@ def row(name: str, measured: Callable[[], Measured]) -> str:
     print(f"{name}: fitted rms, alike {1e3 * parted.unlike.before_V.round(5)} mV, "
           f"apart {1e3 * parted.unlike.after_V.round(5)} mV")  # fmt: skip
     cell = calibrated_cell(found)
-    cell = replace(cell, lower_cut_off_V=cell.lower_cut_off_V - BEYOND_V)
+    cell = cell.beyond(BEYOND_V, upper_V=0.0)
     ohm = found.numbers["series_resistance_ohm"] * m.pack.series / m.pack.parallel
     start = min(found.problem.mapped(found.q, 0).numbers["initial_soc"], 1.0)
     alike = Pack(cell=cell, series=m.pack.series, parallel=m.pack.parallel, initial_soc=start,

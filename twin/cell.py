@@ -1,10 +1,12 @@
 """`Cell`: the parameters of one cell, in the terms of BPX; numbers and functions, no equations."""
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import casadi as ca
 
+BEYOND_V = 1.0
+"""Who is empty too early can be compared: so far a cell goes on beyond its cut-offs."""
 Function = Callable[[ca.SX], ca.SX]
 """Of stoichiometry, or of salt concentration [mol/m3], as a CasADi expression."""
 
@@ -141,6 +143,14 @@ class Cell:
     volume_m3: float
     negative_hysteresis: Hysteresis | None = None
     positive_hysteresis: Hysteresis | None = None
+
+    def beyond(self, lower_V: float = BEYOND_V, upper_V: float = BEYOND_V) -> "Cell":
+        """One that goes on so far below its lower and above its upper cut-off; < 0: less far."""
+        return replace(
+            self,
+            lower_cut_off_V=self.lower_cut_off_V - lower_V,
+            upper_cut_off_V=self.upper_cut_off_V + upper_V,
+        )
 
     def hysteresis(self, side: str) -> Hysteresis | None:
         """The branches of the `negative` or `positive` electrode, if the file has them."""

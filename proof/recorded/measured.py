@@ -169,20 +169,12 @@ class RealCell:
 
 def wide(cell: Cell) -> Cell:
     """The same cell with its cut-offs out of the way of a replay."""
-    return replace(
-        cell,
-        lower_cut_off_V=cell.lower_cut_off_V - BEYOND_V,
-        upper_cut_off_V=cell.upper_cut_off_V + BEYOND_V,
-    )
+    return cell.beyond(BEYOND_V, BEYOND_V)
 
 
 def narrow(cell: Cell) -> Cell:
     """Inverse of `wide`."""
-    return replace(
-        cell,
-        lower_cut_off_V=cell.lower_cut_off_V + BEYOND_V,
-        upper_cut_off_V=cell.upper_cut_off_V - BEYOND_V,
-    )
+    return cell.beyond(-BEYOND_V, -BEYOND_V)
 
 
 def nearest(builtin: str, slow: RealTest) -> tuple[Pack, str]:

@@ -31,7 +31,6 @@ from twin.simulate import changeable
 FloatArray = npt.NDArray[np.float64]
 
 DIFFERENCE = 1e-3  # standard deviations of the prior: a thousandth of what would be noticed
-BEYOND_V = 1.0  # a simulated cell goes on beyond its cut-offs for so long, as in `objective.py`
 LONGEST_STEP_S = 2.0  # of an averaged load
 PULSE_S, PULSE_STEPS = 10.0, 50
 # Of the priors. A label holds for a new pack; one that is used has lost up to a fifth.
@@ -233,12 +232,7 @@ class FlightProblem:
     def __init__(
         self, pack: Pack, flown: Flown, quantities: Sequence[Quantity], sigma_V: float
     ) -> None:
-        wide = replace(
-            pack.cell,
-            lower_cut_off_V=pack.cell.lower_cut_off_V - BEYOND_V,
-            upper_cut_off_V=pack.cell.upper_cut_off_V + BEYOND_V,
-        )
-        self._pack, self.flown = replace(pack, cell=wide), flown
+        self._pack, self.flown = replace(pack, cell=pack.cell.beyond()), flown
         self.quantities = tuple(quantities)
         self._seen: dict[bytes, FloatArray] = {}
         self.weights = np.isfinite(flown.voltage_V) / sigma_V

@@ -29,9 +29,9 @@ from twin.calibrate.parameters import (
 )
 from twin.calibrate.reference import ReferenceTest
 from twin.calibrate.resample import Sampled
-from twin.calibrate.simulated import BEYOND_V, Simulated, Simulator
+from twin.calibrate.simulated import Simulated, Simulator
 from twin.calibrate.single_cell import below_prior, filler_shares, labelled_C, single_cell
-from twin.cell import Cell, Function
+from twin.cell import BEYOND_V, Cell, Function
 from twin.effects import SelfHeating
 from twin.pack import Pack
 

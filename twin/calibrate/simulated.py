@@ -19,9 +19,6 @@ from twin.solution import Solution, Status
 
 FloatArray = npt.NDArray[np.float64]
 
-BEYOND_V = 1.0
-"""Beyond its cut-offs a simulated cell goes on for so long; samples it never comes to count as if
-it stood there, so that whoever comes further is better."""
 UNBOUNDED = 1e6  # V or K by as much again of a number: no derivative of a cell
 
 
@@ -45,15 +42,14 @@ class Simulated:
 
 
 class Simulator:
-    """Of one cell, given the numbers of the kernel that are not as in its `pack`."""
+    """Of one cell, given the numbers of the kernel that are not as in its `pack`.
+
+    Beyond its cut-offs it goes on; samples that it never comes to count as if it stood there, so
+    that whoever comes further is better.
+    """
 
     def __init__(self, pack: Pack) -> None:
-        cell = replace(
-            pack.cell,
-            lower_cut_off_V=pack.cell.lower_cut_off_V - BEYOND_V,
-            upper_cut_off_V=pack.cell.upper_cut_off_V + BEYOND_V,
-        )
-        self._wide = replace(pack, cell=cell)
+        self._wide = replace(pack, cell=pack.cell.beyond())
 
     def plain(self, asked: Sequence[tuple[Sampled, Mapping[str, float]]]) -> list[Simulated]:
         """Tests without derivatives; least work where the same ones follow each other."""

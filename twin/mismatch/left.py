@@ -2,37 +2,25 @@
 
 from dataclasses import replace
 
+from twin.cell import BEYOND_V
 from twin.mismatch.flight import Flight, FloatArray
 from twin.pack import Pack
 from twin.solution import Solution, Status
 
-BEYOND_V = 1.0  # a cell goes on for so long beyond its cut-offs
-
 
 def beyond_cut_offs(pack: Pack) -> Pack:
     """Its cells go on a while where they should stop: who is empty too early can be compared."""
-    return _moved(pack, -BEYOND_V, BEYOND_V)
+    return replace(pack, cell=pack.cell.beyond())
 
 
 def within_cut_offs(pack: Pack) -> Pack:
     """Inverse of `beyond_cut_offs`."""
-    return _moved(pack, BEYOND_V, -BEYOND_V)
+    return replace(pack, cell=pack.cell.beyond(-BEYOND_V, -BEYOND_V))
 
 
 def never_full(pack: Pack) -> Pack:
     """A full pack goes on where the noise of an idle current charges it."""
-    return _moved(pack, 0.0, BEYOND_V)
-
-
-def _moved(pack: Pack, lower_V: float, upper_V: float) -> Pack:
-    """Its cells' cut-offs by so much."""
-    cell = pack.cell
-    moved = replace(
-        cell,
-        lower_cut_off_V=cell.lower_cut_off_V + lower_V,
-        upper_cut_off_V=cell.upper_cut_off_V + upper_V,
-    )
-    return replace(pack, cell=moved)
+    return replace(pack, cell=pack.cell.beyond(lower_V=0.0))
 
 
 def left_V(flight: Flight, pack: Pack, solution: Solution | None) -> FloatArray:
