@@ -20,6 +20,7 @@ from twin.columns import (
     untaken_temperature,
 )
 from twin.load import Between, Load
+from twin.sign import discharge_sign
 
 MOST_S = 50 * 86400.0  # longer is a clock that was set, or in another unit
 NO_VOLTAGE = "Lines with a voltage of 0 V, which a sensor that dropped out writes, taken for none:"
@@ -91,7 +92,7 @@ def read_load_csv(stream: TextIO, *, name: str) -> LoadTable:
         voltage_V = cells_V.sum(axis=1)
     temperature_K, strange = possible_K(columns.get("temperature_K"))
     time_s, current_A = columns["time_s"], columns["current_A"]
-    turned = voltage_V is not None and charges(time_s, current_A, voltage_V)
+    turned = voltage_V is not None and discharge_sign(time_s, current_A, voltage_V) < 0
     title = untaken_temperature(header, places)
     unread = f"{title!r} is a temperature in no unit that is known (degC or K): it was not read."
     return LoadTable(
@@ -178,22 +179,3 @@ def _check_clock(time_s: FloatArray, numbers: Sequence[int], name: str) -> None:
             f"{numbers[at + 1]}: was its clock set there, or is its time not in the unit that its "
             "header says?"
         )
-
-
-def charges(time_s: FloatArray, current_A: FloatArray, voltage_V: FloatArray) -> bool:
-    """Whether positive current charges, by voltages (n,) of which some may be NaN.
-
-    Voltage falls with discharge current and with charge that was drawn. Both together decide: a
-    clock that is off between current and voltage can turn the first round, but not their sum.
-    """
-    good = np.isfinite(voltage_V)
-    drawn_C = np.concatenate(
-        [[0.0], np.cumsum(np.diff(time_s) * (current_A[1:] + current_A[:-1]) / 2)]
-    )
-    columns = [c[good] - c[good].mean() for c in (current_A, drawn_C)] if good.any() else []
-    spreads = [float(c.std()) for c in columns]
-    moved = [c / s for c, s in zip(columns, spreads, strict=True) if s > 1e-9]
-    if not moved:
-        return False
-    slopes = np.linalg.lstsq(np.column_stack(moved), voltage_V[good], rcond=None)[0]
-    return bool(np.sum(slopes) > 0)

@@ -7,10 +7,9 @@ import numpy as np
 import pytest
 
 from tests.reports import example
-from tests.twin.mismatch.recordings import flown
 from twin.columns import TableError
 from twin.load import Between, Load, LoadError
-from twin.load_csv import LoadTable, charges, read_load_csv
+from twin.load_csv import LoadTable, read_load_csv
 from twin.replay import Replay
 from twin.solution import Status
 from twin.whole_file import write_whole
@@ -139,15 +138,6 @@ def test_lines_that_cannot_be_used_are_left_out_and_told() -> None:
         "Lines that have the time of the line after them are left out: 1.",
         "Lines without a voltage, where nothing is compared with it: 1.",
     )
-
-
-@pytest.mark.parametrize("sign", [1.0, -1.0])
-@pytest.mark.parametrize("late", [0, 1, 7])
-def test_the_sign_of_the_current_is_seen_though_the_clocks_disagree(sign: float, late: int) -> None:
-    """A voltage that answers up to 0.7 s late would turn a sign that is read off single jumps."""
-    own = flown(seed=1, seconds=60.0)
-    voltage_V = np.roll(own.voltage_V, late)
-    assert charges(own.time_s, sign * own.load.current_A, voltage_V) is (sign < 0)
 
 
 def test_a_constant_current_has_a_sign_and_none_at_all_stays() -> None:

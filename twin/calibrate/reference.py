@@ -11,6 +11,7 @@ from twin.calibrate.switched import mixed_rows
 from twin.calibrate.table import CalibrationError, MeasuredTable
 from twin.load import Between, Load
 from twin.pack import Pack
+from twin.sign import discharge_sign
 
 FloatArray = npt.NDArray[np.float64]
 BoolArray = npt.NDArray[np.bool_]
@@ -91,7 +92,8 @@ def reference_test(
             f"{table.name}: voltages of {len(table.cells_V)} cells, but {pack.series} in series: "
             "expected a column for each, or none"
         )
-    sign, said = discharge_sign(table.current_A, table.voltage_V, name=table.name)
+    sign = _sign(table)
+    meaning = "discharge" if sign > 0 else "charge"
     for told_K in (table.ambient_K, table.temperature_K):
         if told_K is not None:
             ambient_K = float(told_K[np.isfinite(told_K)][0])
@@ -106,7 +108,7 @@ def reference_test(
         between=between,
         ambient_K=ambient_K,
         temperature_K=warm_K,
-        remarks=(*table.remarks, said),
+        remarks=(*table.remarks, f"positive current is {meaning}: the voltage says so"),
         cells_V=table.cells_V,
     )
     _check_charge(test, pack)
@@ -120,34 +122,19 @@ def reference_test(
     return replace(test, remarks=(*test.remarks, left_out))
 
 
-def discharge_sign(current: FloatArray, voltage: FloatArray, *, name: str) -> tuple[float, str]:
-    """1 or -1, the factor that makes discharge positive, and how it was seen.
-
-    More discharge current is less voltage at once: the sum of products of their changes is
-    negative. Where a current stays, its voltage is that of the row after, for a logger may have
-    read that of the first row before the change. Without a change of current, voltage falls in
-    discharge. CalibrationError where neither shows.
-    """
-    if not np.abs(current).max() > 0:
-        raise CalibrationError(f"{name}: the current is zero throughout: nothing to calibrate from")
-    jumps = np.diff(current)
-    large = np.abs(jumps) > 0.2 * np.abs(current).max()
-    inner = large[:-1]  # a change in the last row may have the voltage of before it
-    stays = inner & ~large[1:]
-    one_V, two_V = np.diff(voltage)[:-1], voltage[2:] - voltage[:-2]
-    where, answer_V = (stays, two_V) if stays.any() else (inner, one_V)
-    together = float(np.dot(jumps[:-1][where], answer_V[where]))
-    how = "at its jumps"
-    if together == 0.0:
-        together = float(np.dot((current[1:] + current[:-1]) / 2, np.diff(voltage)))
-        how = "as it flows"
-    if together == 0.0:
+def _sign(table: MeasuredTable) -> float:
+    """Of the current, see `discharge_sign`; CalibrationError where nothing shows it."""
+    if not table.current_A.any():
         raise CalibrationError(
-            f"{name}: the voltage does not answer the current: is the column the cell's voltage?"
+            f"{table.name}: the current is zero throughout: nothing to calibrate from"
         )
-    sign = -1.0 if together > 0 else 1.0
-    meaning = "discharge" if sign > 0 else "charge"
-    return sign, f"positive current is {meaning}: the voltage says so {how}"
+    sign = discharge_sign(table.time_s, table.current_A, table.voltage_V)
+    if not sign:
+        raise CalibrationError(
+            f"{table.name}: the voltage does not answer the current: is the column the cell's "
+            "voltage?"
+        )
+    return sign
 
 
 def _check_series(table: MeasuredTable, pack: Pack) -> None:

@@ -1,6 +1,7 @@
 """Reading a test: headers, signs, series, and what cannot be calibrated from."""
 
 import io
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -8,13 +9,11 @@ import pytest
 from tests.twin.calibrate.synthetic import cell_pack
 from twin.at_rest import open_circuit_V
 from twin.calibrate.check_ups import read_check_ups
-from twin.calibrate.reference import ReferenceTest, discharge_sign, left_unknown, reference_test
+from twin.calibrate.reference import ReferenceTest, left_unknown, reference_test
 from twin.calibrate.table import CalibrationError, MeasuredTable, read_test
 from twin.columns import TableError
-from twin.load import Load
 from twin.mismatch import read_hidden_csv
 from twin.pack import Pack
-from twin.simulate import simulate
 
 
 def read(header: str, *lines: str) -> MeasuredTable:
@@ -178,33 +177,15 @@ def test_what_is_wrong_in_a_file_is_named(header: str, lines: tuple[str, ...], s
         read(header, *lines)
 
 
-@pytest.mark.parametrize("sign", [1.0, -1.0])
-def test_the_voltage_tells_the_sign_of_the_current(sign: float) -> None:
-    discharge = np.array([0, 0, 2, 2, 2, 0, 0], dtype=float)
-    voltage = np.array([4.1, 4.1, 4.0, 3.98, 3.97, 4.05, 4.06])
-    assert discharge_sign(sign * discharge, voltage, name="t")[0] == sign
-    steady = np.linspace(4.1, 3.9, 5)
-    assert discharge_sign(np.full(5, sign), steady, name="t")[0] == sign
-
-
-@pytest.mark.parametrize("sign", [1.0, -1.0])
-@pytest.mark.parametrize("late", [-1, 0, 1])
-def test_the_sign_is_told_though_the_voltage_is_read_a_row_late(sign: float, late: int) -> None:
-    time_s = np.arange(0.0, 600.0, 1.0)
-    current_A = np.where(time_s % 120 < 30, 4.4, 0.0)
-    own = Pack(cell=cell_pack().cell, initial_soc=0.9)
-    voltage_V = simulate(own, Load(time_s=time_s, current_A=current_A)).require().voltage_V
-    read_V = np.interp(time_s - late, time_s, voltage_V)
-    assert discharge_sign(sign * current_A, read_V, name="t")[0] == sign
-    flows = np.append(np.full(50, sign), 0.0)  # the last row has the voltage of before
-    assert discharge_sign(flows, np.linspace(4.1, 3.9, 51), name="t")[0] == sign
-
-
 def test_a_test_without_current_or_answer_is_refused() -> None:
+    steady = MeasuredTable(
+        name="t", time_s=np.arange(5.0), current_A=np.ones(5), voltage_V=np.full(5, 3.7),
+        temperature_K=None,
+    )  # fmt: skip
     with pytest.raises(CalibrationError, match="zero throughout"):
-        discharge_sign(np.zeros(5), np.full(5, 4.0), name="t")
+        reference_test(replace(steady, current_A=np.zeros(5)), cell_pack())
     with pytest.raises(CalibrationError, match="does not answer"):
-        discharge_sign(np.ones(5), np.full(5, 4.0), name="t")
+        reference_test(steady, cell_pack())
 
 
 def test_a_wrong_series_count_is_named_with_the_one_that_fits() -> None:
