@@ -10,7 +10,6 @@ from scipy.optimize import minimize_scalar
 
 from proof.recorded.measured import BEYOND_V, RealCell, RealTest
 from twin.cell_mesh import mesh_of
-from twin.constants import FARADAY_C_mol
 from twin.layout import Layout
 from twin.load import Load
 from twin.mismatch.left import beyond_cut_offs
@@ -51,22 +50,12 @@ def twin(pack: Pack, load: Load, state: FloatArray | None) -> Solution:
     return simulate(pack, load, state=state)
 
 
-def held_C(pack: Pack) -> float:
-    """Charge of the pack between 0 and 1: of the stoichiometry window of the negative electrode."""
-    p = pack.cell_parameters()
-    window = p["negative.stoichiometry_max"] - p["negative.stoichiometry_min"]
-    solid = p["negative.specific_area_m2_m3"] * p["negative.particle_radius_m"] / 3
-    volume_m3 = p["negative.thickness_m"] * p["area_m2"] * pack.parallel
-    held = FARADAY_C_mol * p["negative.max_concentration_mol_m3"]
-    return float(held * solid * volume_m3 * window)
-
-
 def answer(pack: Pack, test: RealTest, shift: float = 0.0) -> FloatArray:
     """(m,) voltage at the terminals, at the measured temperature or, without one, the pack's.
 
     It starts at the pack's state of charge, less what was drawn before, plus `shift`; from 0 to 1.
     """
-    soc = pack.initial_soc - test.drawn_before_C / held_C(pack) + shift
+    soc = pack.initial_soc - test.drawn_before_C / pack.window_C + shift
     start = replace(pack, initial_soc=float(np.clip(soc, 0.0, 1.0)))
     if test.temperature_K is not None:
         return follow(twin, start, test)

@@ -18,7 +18,7 @@ from proof.recorded.measured import (
     recorded_parts,
     recording,
 )
-from proof.recorded.replay import answer, errors, held_C
+from proof.recorded.replay import answer, errors
 from twin.builtin import load_cell
 from twin.pack import Pack
 
@@ -69,7 +69,7 @@ def test_parts_with_a_voltage_begin_after_a_rest() -> None:
 def test_held_charge_is_what_takes_a_pack_from_full_to_empty() -> None:
     pack = Pack(cell=load_cell("lipo_2200"), parallel=2, capacity_C=3600.0)
     test = recorded([0.0, 100.0], [0.0, 0.0])
-    later = replace(test, drawn_before_C=0.25 * held_C(pack))
+    later = replace(test, drawn_before_C=0.25 * pack.window_C)
     expected = answer(replace(pack, initial_soc=0.75), test)
     assert answer(pack, later) == pytest.approx(expected, abs=1e-9)
     flown = replace(test, current_A=np.array([1.0, 1.0]))
@@ -108,7 +108,7 @@ def test_tests_of_a_cell_are_physical(make: object) -> None:
         assert np.isfinite(volts).mean() > 0.96  # rows that are put back between pulses have none
         assert np.nanmin(volts) > 1.9
         assert np.nanmax(volts) < 4.6
-        assert 0 < test.drawn_C[-1] < 1.15 * held_C(cell.baseline)
+        assert 0 < test.drawn_C[-1] < 1.15 * cell.baseline.window_C
         seen = np.isfinite(volts)
         slope = np.polyfit(test.current_A[seen], volts[seen], 1)[0]
         assert slope < 0 or np.ptp(test.current_A) < 0.2 * test.current_A.max()  # sign of current
