@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from proof.compare import MOST_EQUIVALENT
-from proof.simulated.numbers import true_value_in
+from proof.simulated.effects import true_value_in
 from tests.mismatch_cases.case import Case
 
 NEAR_FLOOR = 1.5  # of the noise, held out

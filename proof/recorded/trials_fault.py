@@ -31,8 +31,8 @@ from proof.recorded.blocks import Fitted, Part, Run, fitted
 from proof.recorded.heat_bases import CELLS
 from proof.recorded.measured import FloatArray, NotHere, RealTest, recording
 from proof.recorded.thinned import binned
+from proof.simulated.effects import LIBRARY
 from proof.simulated.faults import FAULTS, Traces
-from proof.simulated.numbers import true_value
 from proof.trial import NoTrial, Trial
 from proof.truth import NO_NAME, Number, Truth
 from twin.at_rest import soc_at_rest
@@ -159,9 +159,9 @@ def _truth(fault: Fault, base: Fitted, wrong_A: FloatArray) -> Truth:
 
 def number(fault: Fault) -> tuple[str, float, str]:
     """Name, value and unit of what the twin has to do to the recorded current to undo it."""
-    known = true_value(fault.effect, fault.size, 0)
+    known = LIBRARY[fault.effect].number
     assert known is not None
-    return known
+    return known(fault.size, 0)
 
 
 def faulty(run: Run, fault: Fault) -> FloatArray:

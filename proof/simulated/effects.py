@@ -1,7 +1,8 @@
 """Every effect of the library as a truth in PyBaMM's own terms, by one size that can be made fit.
 
 A flavour chooses among the forms that the same effect has in packs: its sign, or which of its
-numbers is off. `make(pack, size, flavour)` gives the pack with the effect in it.
+numbers is off. `make(pack, size, flavour)` gives the pack with the effect in it, `number(size,
+flavour)` what a number of the twin's own effect then is in truth.
 """
 
 from collections.abc import Callable, Mapping
@@ -9,10 +10,13 @@ from dataclasses import dataclass, replace
 from math import exp
 
 from proof.simulated.cell_truth import CellTruth
+from proof.simulated.configured import Configured
 from proof.simulated.pack_truth import PackTruth
 
 CELL_V = 3.7  # at which a leak's current is stated
+HEAT_W_m2_K = 12.0
 Make = Callable[[PackTruth, float, int], PackTruth]
+Number = Callable[[float, int], tuple[str, float, str]]
 
 DIFFUSIVITY_E, CONDUCTIVITY_E = (
     "Electrolyte diffusivity [m2.s-1]",
@@ -29,6 +33,7 @@ class Effect:
     Attributes:
         id: as in the contract, or `foreign:<kind>`.
         make: the pack with it.
+        number: name, value and unit of the twin's; None if it depends on more than the size.
         meaning: of the size.
         guess: a size that gives some tens of millivolts.
         least: and
@@ -41,6 +46,35 @@ class Effect:
     guess: float
     least: float
     most: float
+    number: Number | None = None
+
+
+def true_value_in(
+    told: Configured, effect: str, size: float, flavour: int
+) -> tuple[str, float, str] | None:
+    """The twin's number in that pack; None also where the pack decides what the effect is."""
+    heated = effect == "cold_pack" and told.heat_transfer_W_m2_K is not None
+    full = effect == "initial_soc" and told.start_soc + size >= 1.0
+    number = ALL[effect].number
+    return None if heated or full or number is None else number(size, flavour)
+
+
+def _signed(size: float, flavour: int) -> float:
+    return -size if flavour % 2 else size
+
+
+def _kelvin(size: float, flavour: int) -> float:
+    return size if flavour % 4 == 3 else -size
+
+
+def _is(name: str, unit: str, value: Callable[[float], float] = float) -> Number:
+    """A number that its size tells."""
+    return lambda size, flavour: (name, value(size), unit)  # noqa: ARG005
+
+
+def _is_of(name: str, unit: str, value: Callable[[float], float] = float) -> Number:
+    """A number that its size with its sign tells."""
+    return lambda size, flavour: (name, value(_signed(size, flavour)), unit)
 
 
 def in_cells(pack: PackTruth, **changed: object) -> PackTruth:
@@ -56,12 +90,12 @@ def _slowed(pack: PackTruth, names: tuple[str, ...], size: float) -> PackTruth:
 def self_heating(pack: PackTruth, size: float, flavour: int) -> PackTruth:
     """Less or more of it than 12 W/m2/K; the twin is isothermal."""
     del flavour
-    return in_cells(pack, heat_transfer_W_m2_K=12.0 / size)
+    return in_cells(pack, heat_transfer_W_m2_K=HEAT_W_m2_K / size)
 
 
 def cold_pack(pack: PackTruth, size: float, flavour: int) -> PackTruth:
     """Colder, at times warmer; where heat is on, only the air or only the start may be off."""
-    kelvin = size if flavour % 4 == 3 else -size
+    kelvin = _kelvin(size, flavour)
     cells: CellTruth = pack.cells
     isothermal = cells.heat_transfer_W_m2_K is None
     start = kelvin if isothermal or flavour % 3 != 1 else 0.0
@@ -159,47 +193,63 @@ def fault(name: str, *, both_signs: bool) -> Make:
     """One of `faults.py`."""
 
     def make(pack: PackTruth, size: float, flavour: int) -> PackTruth:
-        signed = -size if both_signs and flavour % 2 == 1 else size
+        signed = _signed(size, flavour) if both_signs else size
         return replace(pack, faults=(*pack.faults, (name, signed)))
 
     return make
 
 
-def _effect(make: Make, meaning: str, guess: float, least: float, most: float) -> Effect:
-    name = getattr(make, "__name__", "")
-    return Effect(id=name, make=make, meaning=meaning, guess=guess, least=least, most=most)
+def _effect(
+    make: Make, meaning: str, sizes: tuple[float, float, float], number: Number | None = None
+) -> Effect:
+    guess, least, most = sizes
+    return Effect(
+        id=getattr(make, "__name__", ""), make=make, number=number, meaning=meaning, guess=guess,
+        least=least, most=most,
+    )  # fmt: skip
 
+
+SLOWER = _is("diffusivity_factor", "1", lambda size: exp(-size))
+LOST = _is("lost", "1")
 
 LIBRARY: Mapping[str, Effect] = {
     e.id: e
     for e in (
-        _effect(self_heating, "12 W/m2/K over the transfer to the air", 0.3, 0.003, 100.0),
-        _effect(cold_pack, "K", 2.0, 0.05, 35.0),
-        _effect(electrolyte_transport, "-ln of the factor", 0.2, 0.005, 2.0),
-        _effect(solid_diffusion_negative, "-ln of the factor", 0.5, 0.01, 4.0),
-        _effect(solid_diffusion_positive, "-ln of the factor", 0.3, 0.01, 4.0),
-        _effect(reaction_kinetics, "-ln of the factor", 0.25, 0.005, 4.0),
-        _effect(ocv_hysteresis, "half the distance of the branches, V", 0.006, 2e-4, 0.1),
-        _effect(plating_stripping, "mol/m3 at the start", 800.0, 1.0, 8000.0),
-        _effect(lithium_inventory_loss, "share of the lithium", 0.03, 5e-4, 0.35),
-        _effect(active_material_loss_negative, "share of the material", 0.05, 5e-4, 0.45),
-        _effect(active_material_loss_positive, "share of the material", 0.03, 5e-4, 0.45),
-        _effect(film_resistance, "Ohm m2", 1.3e-3, 1e-5, 0.2),
-        _effect(series_resistance, "Ohm of the pack", 1.4e-3, 1e-5, 0.2),
-        _effect(weak_cell, "share, state of charge, or 0.02 Ohm", 0.06, 1e-3, 0.45),
-        _effect(initial_soc, "state of charge", 8e-3, 2e-4, 0.35),
-        _effect(leakage, "A at 3.7 V a cell", 0.3, 5e-3, 8.0),
+        _effect(self_heating, "12 W/m2/K over the transfer to the air", (0.3, 0.003, 100.0),
+                _is("heat_transfer_W_m2_K", "W/m2/K", lambda size: HEAT_W_m2_K / size)),
+        _effect(cold_pack, "K", (2.0, 0.05, 35.0),
+                lambda size, flavour: ("start_offset_K", _kelvin(size, flavour), "K")),
+        _effect(electrolyte_transport, "-ln of the factor", (0.2, 0.005, 2.0)),
+        _effect(solid_diffusion_negative, "-ln of the factor", (0.5, 0.01, 4.0), SLOWER),
+        _effect(solid_diffusion_positive, "-ln of the factor", (0.3, 0.01, 4.0), SLOWER),
+        _effect(reaction_kinetics, "-ln of the factor", (0.25, 0.005, 4.0)),
+        _effect(ocv_hysteresis, "half the distance of the branches, V", (0.006, 2e-4, 0.1)),
+        _effect(plating_stripping, "mol/m3 at the start", (800.0, 1.0, 8000.0),
+                _is("initial_mol_m3", "mol/m3")),
+        _effect(lithium_inventory_loss, "share of the lithium", (0.03, 5e-4, 0.35), LOST),
+        _effect(active_material_loss_negative, "share of the material", (0.05, 5e-4, 0.45), LOST),
+        _effect(active_material_loss_positive, "share of the material", (0.03, 5e-4, 0.45), LOST),
+        _effect(film_resistance, "Ohm m2", (1.3e-3, 1e-5, 0.2), _is("negative_ohm_m2", "Ohm m2")),
+        _effect(series_resistance, "Ohm of the pack", (1.4e-3, 1e-5, 0.2),
+                _is("resistance_ohm", "Ohm")),
+        _effect(weak_cell, "share, state of charge, or 0.02 Ohm", (0.06, 1e-3, 0.45)),
+        _effect(initial_soc, "state of charge", (8e-3, 2e-4, 0.35),
+                _is_of("offset", "1", lambda signed: -signed)),
+        _effect(leakage, "A at 3.7 V a cell", (0.3, 5e-3, 8.0)),
         *(
             Effect(
-                id=name, make=fault(name, both_signs=signs), meaning=meaning, guess=guess,
-                least=least, most=most,
+                id=name, make=fault(name, both_signs=signs), number=number, meaning=meaning,
+                guess=guess, least=least, most=most,
             )
-            for name, signs, meaning, guess, least, most in (
-                ("current_gain", True, "relative", 0.02, 1e-4, 0.5),
-                ("current_offset", True, "A", 0.3, 5e-3, 10.0),
-                ("sensor_lag", False, "s", 0.1, 2e-3, 3.0),
-                ("clock_shift", True, "s", 0.1, 2e-3, 3.0),
-                ("voltage_gain", True, "relative", 1.6e-3, 1e-5, 0.2),
+            for name, signs, number, meaning, guess, least, most in (
+                ("current_gain", True, _is_of("gain", "1", lambda signed: 1.0 / (1.0 + signed)),
+                 "relative", 0.02, 1e-4, 0.5),
+                ("current_offset", True, _is_of("offset_A", "A", lambda signed: -signed),
+                 "A", 0.3, 5e-3, 10.0),
+                ("sensor_lag", False, _is("lag_s", "s"), "s", 0.1, 2e-3, 3.0),
+                ("clock_shift", True, _is_of("shift_s", "s"), "s", 0.1, 2e-3, 3.0),
+                ("voltage_gain", True, _is_of("gain", "1", lambda signed: 1.0 + signed),
+                 "relative", 1.6e-3, 1e-5, 0.2),
             )
         ),
     )
@@ -214,7 +264,7 @@ def _double_layer(pack: PackTruth, size: float, flavour: int) -> PackTruth:
 
 def _ocp_feature(pack: PackTruth, size: float, flavour: int) -> PackTruth:
     """The positive electrode is another material in part of its range."""
-    return in_cells(pack, feature_V=-size if flavour % 2 else size)
+    return in_cells(pack, feature_V=_signed(size, flavour))
 
 
 def _unseen_consumer(pack: PackTruth, size: float, flavour: int) -> PackTruth:

@@ -10,10 +10,9 @@ from proof.question import Question
 from proof.question import Recording as Asked
 from proof.simulated.configured import Configured
 from proof.simulated.draw import Drawn
-from proof.simulated.effects import ALL
+from proof.simulated.effects import ALL, true_value_in
 from proof.simulated.flights import TrueFlight, true_flight
 from proof.simulated.flown import Flown, fly
-from proof.simulated.numbers import true_value_in
 from proof.simulated.pack_truth import PackTruth
 from proof.simulated.record import Concealed, Recording, record
 from proof.simulated.solves import OutOfReachError, Solves
