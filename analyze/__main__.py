@@ -20,8 +20,8 @@ AnyFile = click.Path(exists=True, dir_okay=False, path_type=Path)
 @click.option(
     "--sensor",
     type=AnyFile,
-    help="Recording of a separate current sensor, for a single log. By itself a file beside the "
-    "log is found: flight.ulg takes flight.sensor.csv or flight.csv.",
+    help="Recording of a separate current sensor, for a single log. Default: a file beside the "
+    "log, flight.sensor.csv or flight.csv for flight.ulg.",
 )
 @click.option(
     "--out",
@@ -47,7 +47,7 @@ AnyFile = click.Path(exists=True, dir_okay=False, path_type=Path)
     "--battery",
     type=click.IntRange(min=0),
     metavar="N",
-    help="Which battery of the log, counted from 0; by itself the one that carries the flight.",
+    help="Which battery of the log, counted from 0. Default: the one that carries the flight.",
 )
 @click.option(
     "--pack-per-folder",

@@ -29,6 +29,15 @@ def checked_pack(path: Path) -> PackChoice:
         raise WrongUse(str(e)) from e
 
 
+def check_pack_name(option: str, path: Path, start: Path) -> None:
+    """WrongUse if `path` is no name for a pack file that is written, beside that of the `start`."""
+    shown = f"{option} {click.format_filename(path)}"
+    if path.suffix != ".toml":
+        raise WrongUse(f"{shown}: expected a name in .toml")
+    if path.resolve() == start.resolve():
+        raise WrongUse(f"{shown} is the pack file to start from: give another name")
+
+
 def check_sensor(path: Path) -> None:
     """That what was asked for as a sensor's recording is one; what was only found may be none."""
     try:

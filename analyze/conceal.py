@@ -3,8 +3,12 @@
 from collections.abc import Set
 from dataclasses import replace
 from enum import Enum
+from typing import TypeVar
 
 from flightlogs.recording import Recording
+from twin.load_csv import LoadTable
+
+Measured = TypeVar("Measured", Recording, LoadTable)
 
 
 class Channel(Enum):
@@ -14,10 +18,10 @@ class Channel(Enum):
     CELLS = "cells"
 
 
-def without(recording: Recording, concealed: Set[Channel]) -> Recording:
+def without(measured: Measured, concealed: Set[Channel]) -> Measured:
     """As if these channels had not been logged."""
     if Channel.TEMPERATURE in concealed:
-        recording = replace(recording, temperature_K=None)
+        measured = replace(measured, temperature_K=None)
     if Channel.CELLS in concealed:
-        recording = replace(recording, cell_voltage_V=None)
-    return recording
+        measured = replace(measured, cell_voltage_V=None)
+    return measured

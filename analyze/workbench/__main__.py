@@ -14,6 +14,7 @@ from analyze.workbench.options import (
     BATTERY,
     BETWEEN,
     CELSIUS,
+    PACK,
     AnyFile,
     HoldsOut,
     given,
@@ -43,8 +44,8 @@ def main() -> None:
     "--ambient-c",
     metavar="NUMBERS",
     callback=numbers(*CELSIUS),
-    help="Temperatures in °C, e.g. -10,0,25,40: one case each; pack and air begin with it. By "
-    "itself as the recording or the pack file says.",
+    help="Temperatures in °C, e.g. -10,0,25,40: one case each; pack and air begin with it. "
+    "Default: as the recording or the pack file says.",
 )
 @click.option(
     "--c-rate",
@@ -81,7 +82,7 @@ def replay(**options: object) -> None:
 @main.command()
 @click.argument("source", metavar="LOG|PROFILE.csv", type=AnyFile)
 @shared
-@out("an earlier run there is gone on with (--resume), never replaced.")
+@out("an earlier run there is continued with --resume, never overwritten.")
 @click.option(
     "--cycles",
     type=click.IntRange(min=1),
@@ -94,7 +95,7 @@ def replay(**options: object) -> None:
     metavar="NUMBERS",
     callback=numbers(*CELSIUS),
     help="Temperatures in °C, e.g. -10,0,25,40: one life each, in folders -10C, 0C, ... of --out; "
-    "pack and air begin with it. By itself as the recording or the pack file says.",
+    "pack and air begin with it. Default: as the recording or the pack file says.",
 )
 @regime_options
 @click.option(
@@ -126,12 +127,7 @@ def age(**options: object) -> None:
 
 @main.command()
 @click.argument("tests", metavar="[TEST.csv...]", nargs=-1, type=AnyFile)
-@click.option(
-    "--pack",
-    type=AnyFile,
-    required=True,
-    help="Pack file (TOML): the pack, its cell and its physics; keys in docs/pack_file.md.",
-)
+@PACK
 @click.option(
     "--out",
     type=click.Path(dir_okay=False, path_type=Path),
@@ -157,8 +153,8 @@ def age(**options: object) -> None:
     metavar="N",
     default=4000,
     show_default=True,
-    help="Most simulations of all tests by the global search, which is made where least squares "
-    "leave more than noise; 0: no search. With --resume those of the earlier search are counted.",
+    help="Limit on global-search simulations. The search is made where least squares leave more "
+    "than noise; 0: no search. With --resume those of the earlier search are counted.",
 )
 @click.option(
     "--seed",
@@ -223,12 +219,7 @@ def calibrate(**options: object) -> None:
     help="Recordings of the same pack on which all is judged: all up to the next option. Without "
     "it the last of several LOGs; of a single one parts 2, 4 and 6 of seven.",
 )
-@click.option(
-    "--pack",
-    type=AnyFile,
-    required=True,
-    help="Pack file (TOML): the pack, its cell and its physics; keys in docs/pack_file.md.",
-)
+@PACK
 @out("mismatch.json, explain.html and reveal.json there are replaced.")
 @click.option(
     "--adopt",
@@ -256,11 +247,8 @@ def calibrate(**options: object) -> None:
     type=click.FloatRange(min=0.0, min_open=True),
     metavar="MV",
     help="The twin's own error, rms of the pack's voltage in tests it was not fitted to. An effect "
-    "has to change the voltage by more to be named; what it leaves, up to twice as much, asks for "
-    "no second one; samples far off count by their distance, not by its square, and what is "
-    "probable has to be so in most of the recordings' stretches. Without it: what the pack file "
-    "states of a cell (twin.cell_error_mv, which `twin calibrate` writes), else the error of the "
-    "twin's numerics.",
+    "has to change the voltage by more to be named. Default: what the pack file states of a cell "
+    "(twin.cell_error_mv, which `twin calibrate` writes), else the error of the twin's numerics.",
 )
 @BETWEEN
 @BATTERY
@@ -291,8 +279,8 @@ def explain(**options: object) -> None:
     "--seed",
     type=click.IntRange(min=0),
     metavar="N",
-    help="Which effects, strengths, packs and flights are drawn; by itself one that nobody knows "
-    "beforehand. The same seed, the same trials.",
+    help="Which effects, strengths, packs and flights are drawn: the same seed, the same trials. "
+    "Default: one that nobody knows beforehand.",
 )
 @click.option(
     "--trials",
@@ -320,7 +308,7 @@ def explain(**options: object) -> None:
     "--jobs",
     type=click.IntRange(min=1),
     metavar="N",
-    help="Trials at once; by itself one a processor.",
+    help="Trials at once. Default: one a processor.",
 )
 @click.option(
     "--check",

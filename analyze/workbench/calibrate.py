@@ -12,7 +12,7 @@ from pathlib import Path
 
 import click
 
-from analyze.checks import WrongUse, checked_pack, is_log, writable
+from analyze.checks import WrongUse, check_pack_name, checked_pack, is_log, writable
 from analyze.interrupt import Asked, asked_to_stop
 from analyze.names import printable
 from analyze.workbench.aged import Life, run_life
@@ -37,7 +37,7 @@ from twin.calibrate.polish import MOST_STEPS
 from twin.calibrate.reference import ReferenceTest, reference_test
 from twin.calibrate.run import SEARCH, Calibration, Progress, conclusions, fit, problem_of
 from twin.calibrate.search import Journal, SearchError
-from twin.calibrate.table import CalibrationError, read_test
+from twin.calibrate.table import read_test
 from twin.calibrate.unlike import part
 from twin.load import Between
 from twin.mismatch.tested import by_calibration
@@ -71,17 +71,13 @@ class Request:
     given: frozenset[str] = frozenset()
 
     def __post_init__(self) -> None:
-        shown = click.format_filename(self.out)
         if not self.tests and self.aged is None:
             raise WrongUse("nothing to calibrate from: give reference tests, or a life with --aged")
         if (self.aged is None) != (self.cycle is None):
             raise WrongUse("--aged and --cycle belong together: what was found, and what was flown")
         self._refuse_idle(OF_TESTS, "a TEST.csv", there=bool(self.tests))
         self._refuse_idle(OF_LIFE, "--aged", there=self.aged is not None)
-        if self.out.suffix != ".toml":
-            raise WrongUse(f"--out {shown}: expected a name in .toml")
-        if self.out.resolve() == self.pack.resolve():
-            raise WrongUse(f"--out {shown} is the pack file to start from: give another name")
+        check_pack_name("--out", self.out, self.pack)
 
     def refuse_others(self) -> None:
         """WrongUse if what is there is not of an earlier calibration like this one."""
@@ -158,7 +154,7 @@ def _fitted_to_all(request: Request) -> int:
                 full_V=request.charge_to,
             ),
         )
-        with _refusing():
+        with refusing():
             return run_life(life)
     return code
 
@@ -171,7 +167,7 @@ def _of_tests(request: Request) -> int:
             f"{click.format_filename(choice.cell)}, which the pack file starts from: give another "
             "name"
         )
-    with _refusing():
+    with refusing():
         pack, use, doubts = pack_alone(choice)
         read = [_read(path, pack, request.between, use.ambient_K) for path in request.tests]
         _refuse_copies([file for _, file in read])
@@ -190,7 +186,7 @@ def _of_tests(request: Request) -> int:
     print_tests(tests)
     files = tuple(file for _, file in read)
     frame = Frame(pack=pack, file=choice.file, tests=files, seed=request.seed, doubts=doubts)
-    with asked_to_stop("step") as stop, _refusing():
+    with asked_to_stop("step") as stop, refusing():
         best = _fitted(request, problem, start, journal, stop)
         whole = not stop()
         parted = part(best, tests, parallel=pack.parallel, soc=use.initial_soc) if whole else None
@@ -207,15 +203,6 @@ def _of_tests(request: Request) -> int:
         return 0
     click.echo("Interrupted: this is the best so far. --resume goes on from it.", err=True)
     return 130
-
-
-@contextmanager
-def _refusing() -> Iterator[None]:
-    try:
-        with refusing():
-            yield
-    except CalibrationError as e:
-        raise WrongUse(str(e)) from e
 
 
 def _read(

@@ -12,7 +12,7 @@ import numpy as np
 import numpy.typing as npt
 
 from analyze.checks import WrongUse, check_sensor, is_log
-from analyze.conceal import Channel
+from analyze.conceal import Channel, without
 from analyze.find import sensor_beside
 from analyze.names import printable
 from analyze.pack_choice import BEYOND, PackChoice, beyond_tests, cell_of
@@ -26,17 +26,23 @@ from reports.flight import PackUse
 from reports.quantity import ampere_hours, celsius, fixed
 from segment import Segment, cut
 from twin.bpx_file import CellError
+from twin.calibrate.table import CalibrationError
 from twin.columns import TableError
 from twin.constants import ZERO_CELSIUS_K
 from twin.graded import graded
 from twin.load import Between, Load, LoadError
-from twin.load_csv import LoadTable, read_load_csv
+from twin.load_csv import read_load_csv
+from twin.mismatch import MismatchError
 from twin.pack import Pack, PackError
 from twin.protocol import ProtocolError
 from twin.renewed import renewed
 
 FloatArray = npt.NDArray[np.float64]
 
+REFUSED = (
+    CalibrationError, CellError, LoadError, LogError, MismatchError, PackError, ProtocolError,
+    TableError,
+)  # fmt: skip
 SEPARATOR = "\n         "
 
 
@@ -90,7 +96,7 @@ def refusing() -> Iterator[None]:
     """What is wrong with a file or an option becomes wrong use, with the same words."""
     try:
         yield
-    except (CellError, LoadError, LogError, PackError, ProtocolError, TableError) as e:
+    except REFUSED as e:
         raise WrongUse(str(e)) from e
     except OSError as e:
         shown = f"{click.format_filename(e.filename)}: " if e.filename else ""
@@ -147,7 +153,7 @@ def _of_csv(ask: Ask, choice: PackChoice) -> Drawn:
         table = read_load_csv(stream, name=name)
     between = Between(ask.between or Between.LINEAR)
     measured = between is Between.LINEAR  # programmed steps stand at their largest as they please
-    table = _without(table, ask.concealed)
+    table = without(table, ask.concealed)
     table = renewed(table) if measured else table
     cell, remarks = cell_of(choice.cell)
     use = pack_use(None, choice.file, cell, builtin=isinstance(choice.cell, str), table=table)
@@ -172,13 +178,6 @@ def _of_csv(ask: Ask, choice: PackChoice) -> Drawn:
         temperature_K=table.temperature_K,
         cell_voltage_V=table.cell_voltage_V,
     )
-
-
-def _without(table: LoadTable, concealed: frozenset[Channel]) -> LoadTable:
-    """As if these columns were not there."""
-    if Channel.TEMPERATURE in concealed:
-        table = replace(table, temperature_K=None)
-    return replace(table, cell_voltage_V=None) if Channel.CELLS in concealed else table
 
 
 def _refined(drawn: Drawn) -> Drawn:

@@ -4,9 +4,10 @@ import filecmp
 import json
 import math
 from collections import Counter
-from collections.abc import Iterator, Mapping, Sequence
-from contextlib import ExitStack, contextmanager
+from collections.abc import Mapping, Sequence
+from contextlib import ExitStack
 from dataclasses import dataclass, replace
+from functools import cached_property
 from itertools import combinations
 from pathlib import Path
 from typing import Any
@@ -14,7 +15,7 @@ from typing import Any
 import click
 import numpy as np
 
-from analyze.checks import WrongUse, checked_pack, is_log, writable
+from analyze.checks import WrongUse, check_pack_name, checked_pack, is_log, writable
 from analyze.conceal import Channel
 from analyze.interrupt import remembered
 from analyze.job import sha256_of
@@ -33,7 +34,6 @@ from twin.constants import ZERO_CELSIUS_K
 from twin.mismatch import (
     Finding,
     Flight,
-    MismatchError,
     Revealed,
     Verdict,
     adopted_text,
@@ -51,7 +51,7 @@ FILE, PAGE, REVEALED = "mismatch.json", "explain.html", "reveal.json"
 ADOPTED = "# by twin explain --adopt, which may replace it\n"  # how such a pack file begins
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@dataclass(frozen=True, kw_only=True)
 class Request:
     """The command line."""
 
@@ -89,18 +89,40 @@ class Request:
         """All recordings."""
         return *self.sources, *self.holdout
 
+    @cached_property
+    def named(self) -> Mapping[str, Path]:
+        """Name -> recording; equal file names are told apart by their folders, or by number."""
+        plain = [printable(path.name) for path in self.logs]
+        whole = [printable(path.as_posix()) for path in self.logs]
+        names = [
+            name if plain.count(name) == 1 else w for name, w in zip(plain, whole, strict=True)
+        ]
+        return {
+            name if names.count(name) == 1 else f"{name} ({k})": path
+            for k, (name, path) in enumerate(zip(names, self.logs, strict=True), start=1)
+        }
+
+    @cached_property
+    def concealed(self) -> frozenset[Channel]:
+        """What --conceal says; WrongUse if there is no such channel."""
+        known = {c.value: c for c in Channel}
+        names = [name.strip() for name in self.conceal.split(",") if name.strip()]
+        for name in names:
+            if name not in known:
+                raise WrongUse(f"--conceal: no channel {name!r}: expected {' or '.join(known)}")
+        return frozenset(known[name] for name in names)
+
 
 def run(request: Request) -> int:
     """Explain, write and tell; the exit code.
 
     The verdict is written before a channel that is to be revealed is opened.
     """
-    concealed = _channels(request.conceal)
+    kept = tuple(sorted(c.value for c in request.concealed))
     _check_free(request.out)
     choice = checked_pack(request.pack)
-    files = named(request)
     drawn = drawn_of(request, choice)
-    recorded = tuple(Recorded(name=n, sha256=sha256_of(path)) for n, path in files.items())
+    recorded = tuple(Recorded(name=n, sha256=sha256_of(path)) for n, path in request.named.items())
     print_packs({name: d.use for name, d in drawn.items()})
     for text in doubts_of(drawn):
         click.echo(f"doubtful {text}", err=True)
@@ -115,12 +137,11 @@ def run(request: Request) -> int:
     adopted = _adopted(request, choice, finding)
     revealed: tuple[Revealed, ...] = ()
     try:
-        with _refusing():
-            revealed = revealed_of(request.reveal, files, drawn, adopted)
+        with refusing():
+            revealed = revealed_of(request.reveal, request.named, drawn, adopted)
         if revealed:
             write_whole(request.out / REVEALED, _json(reveal_json(revealed)))
     finally:  # a channel that cannot be read takes nothing from the page
-        kept = tuple(sorted(c.value for c in concealed))
         report = report_of(choice, recorded, drawn, finding, request.adopt if adopted else None)
         shown = replace(report, revealed=revealed, concealed=kept)
         with refusing():
@@ -143,10 +164,7 @@ def _check_free(out: Path) -> None:
 def _check_adopt(adopt: Path, pack: Path) -> None:
     """WrongUse if that name is not for a pack file that is written."""
     shown = f"--adopt {click.format_filename(adopt)}"
-    if adopt.suffix != ".toml":
-        raise WrongUse(f"{shown}: expected a name in .toml")
-    if adopt.resolve() == pack.resolve():
-        raise WrongUse(f"{shown} is the pack file to start from: give another name")
+    check_pack_name("--adopt", adopt, pack)
     try:
         own = not adopt.exists() or adopt.read_bytes().startswith(ADOPTED.encode())
     except OSError as e:
@@ -158,41 +176,10 @@ def _check_adopt(adopt: Path, pack: Path) -> None:
         )
 
 
-def named(request: Request) -> Mapping[str, Path]:
-    """Name -> recording; equal file names are told apart by their folders, or by number."""
-    plain = [printable(path.name) for path in request.logs]
-    whole = [printable(path.as_posix()) for path in request.logs]
-    names = [name if plain.count(name) == 1 else w for name, w in zip(plain, whole, strict=True)]
-    return {
-        name if names.count(name) == 1 else f"{name} ({k})": path
-        for k, (name, path) in enumerate(zip(names, request.logs, strict=True), start=1)
-    }
-
-
-def _channels(text: str) -> frozenset[Channel]:
-    known = {c.value: c for c in Channel}
-    names = [name.strip() for name in text.split(",") if name.strip()]
-    for name in names:
-        if name not in known:
-            raise WrongUse(f"--conceal: no channel {name!r}: expected {' or '.join(known)}")
-    return frozenset(known[name] for name in names)
-
-
-@contextmanager
-def _refusing() -> Iterator[None]:
-    try:
-        with refusing():
-            yield
-    except MismatchError as e:
-        raise WrongUse(str(e)) from e
-
-
-def _drawn(
-    path: Path, request: Request, choice: PackChoice, concealed: frozenset[Channel]
-) -> Drawn:
+def _drawn(path: Path, request: Request, choice: PackChoice) -> Drawn:
     ask = Ask(
         source=path, pack=request.pack, out=request.out, between=_between(path, request),
-        sensor=None, battery=request.battery, concealed=concealed,
+        sensor=None, battery=request.battery, concealed=request.concealed,
     )  # fmt: skip
     with refusing():
         drawn = read_drawn(ask, choice)
@@ -308,9 +295,7 @@ def flights_of(
 
 def drawn_of(request: Request, choice: PackChoice) -> dict[str, Drawn]:
     """Name -> recording; what is to be concealed is."""
-    concealed = _channels(request.conceal)
-    files = named(request)
-    return {name: _drawn(path, request, choice, concealed) for name, path in files.items()}
+    return {name: _drawn(path, request, choice) for name, path in request.named.items()}
 
 
 def _explained(
@@ -320,7 +305,7 @@ def _explained(
     slow_V = None if floor_mv is None else 1e-3 * floor_mv
     first = next(iter(drawn.values()))
     flights, untold = flights_of(drawn, choice)
-    with _refusing(), watching(None, "models") as tell, remembered() as interrupted:
+    with refusing(), watching(None, "models") as tell, remembered() as interrupted:
         looked_at = 0
 
         def progress(ids: Sequence[str]) -> None:

@@ -35,6 +35,12 @@ def numbers(
     return read
 
 
+PACK = click.option(
+    "--pack",
+    type=AnyFile,
+    required=True,
+    help="Pack file (TOML): the pack, its cell and its physics; keys in docs/pack_file.md.",
+)
 BETWEEN = click.option(
     "--between",
     type=click.Choice(["linear", "hold"]),
@@ -46,7 +52,7 @@ BATTERY = click.option(
     "--battery",
     type=click.IntRange(min=0),
     metavar="N",
-    help="Which battery of a log, counted from 0; by itself the one that carries the flight.",
+    help="Which battery of a log, counted from 0. Default: the one that carries the flight.",
 )
 
 
@@ -76,18 +82,13 @@ class HoldsOut(click.Command):
 def shared(command: Callable[..., None]) -> Callable[..., None]:
     """The options that say what is drawn from which pack."""
     options = (
-        click.option(
-            "--pack",
-            type=AnyFile,
-            required=True,
-            help="Pack file (TOML): the pack, its cell and its physics; keys in docs/pack_file.md.",
-        ),
+        PACK,
         BETWEEN,
         click.option(
             "--sensor",
             type=AnyFile,
-            help="Recording of a separate current sensor, for a log. By itself a file beside the "
-            "log is found: flight.ulg takes flight.sensor.csv or flight.csv.",
+            help="Recording of a separate current sensor, for a log. Default: a file beside the "
+            "log, flight.sensor.csv or flight.csv for flight.ulg.",
         ),
         BATTERY,
     )

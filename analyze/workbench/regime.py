@@ -43,7 +43,7 @@ def regime_options(command: Callable[..., None]) -> Callable[..., None]:
             "--charge-to",
             metavar="VOLTS",
             type=positive,
-            help="Voltage of a cell at which the charge is held; by itself its upper cut-off.",
+            help="Voltage of a cell at which the charge is held. Default: its upper cut-off.",
         ),
     )
     for option in reversed(options):

@@ -291,9 +291,7 @@ def test_no_recording_takes_the_place_of_another(tmp_path: Path) -> None:
         sources=tuple(logs), holdout=(), pack=tmp_path, out=tmp_path, adopt=None, between=None,
         battery=None, conceal="", reveal=(),
     )  # fmt: skip
-    assert command.named(request) == dict(
-        zip(("a?.csv (1)", "a?.csv (2)", "b.csv"), logs, strict=True)
-    )
+    assert request.named == dict(zip(("a?.csv (1)", "a?.csv (2)", "b.csv"), logs, strict=True))
 
 
 def test_a_folder_that_cannot_be_made_is_wrong_use(tmp_path: Path) -> None:
