@@ -9,6 +9,7 @@ from typing import Any
 
 import pytest
 
+from benchmarks.proof_figure import figure_png
 from benchmarks.proof_figure import main as draw
 from proof.out import proof_json
 from proof.outcome import Baseline, Judged, NotMade, Outcome, Proof
@@ -25,7 +26,6 @@ from proof.page.confusion import (
     said_of_concealed,
 )
 from proof.page.failed import failed
-from proof.page.figure import figure_png
 from proof.page.protocol import in_order, protocol
 from proof.page.sizes import sizes
 from proof.page.summary import headline, result, summary
