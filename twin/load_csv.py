@@ -77,7 +77,8 @@ def read_load_csv(stream: TextIO, *, name: str) -> LoadTable:
     places = places_of(header, of_cells)
     if lacking := [ours for ours in ("time_s", "current_A") if ours not in places]:
         raise TableError(f"{name}: {not_there(lacking, header)}")
-    columns = {q: column(lines, place, q, name) for q, place in places.items()}
+    read = [q for q in places if q != "ambient_K"]  # that of the air nobody asks for
+    columns = {q: column(lines, places[q], q, name) for q in read}
     needed = {"a time": columns["time_s"], "a current": columns["current_A"]}
     kept, left_out = kept_lines(lines, needed, name)
     columns = {q: values[kept] for q, values in columns.items()}

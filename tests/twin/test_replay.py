@@ -80,7 +80,7 @@ def read(text: str) -> LoadTable:
 def test_units_temperature_and_cells_are_read_and_the_air_is_not_the_pack() -> None:
     table = read(
         "Time / min,Current / mA,Cell 1 / V,Cell 2 / mV,Ambient Temp / degC,Cell Temp / degC\n"
-        "0,1000,4.1,4000,10,20\n1,2000,4.0,,10,21\n"
+        "0,1000,4.1,4000,10,20\n1,2000,4.0,,n/a,21\n"
     )
     np.testing.assert_allclose(table.time_s, [0.0, 60.0])
     np.testing.assert_allclose(table.current_A, [1.0, 2.0])
