@@ -22,8 +22,11 @@ QUANTITIES: Mapping[str, tuple[str, Mapping[str, tuple[float, float]]]] = {
         {"s": (1.0, 0.0), "ms": (1e-3, 0.0), "us": (1e-6, 0.0), "min": (60.0, 0.0),
          "h": (3600.0, 0.0)},
     ),
-    "current_A": (r"current|^i$", {"a": (1.0, 0.0), "ma": (1e-3, 0.0)}),
-    "voltage_V": (r"voltage|recorded|^[uv]$", {"v": (1.0, 0.0), "mv": (1e-3, 0.0)}),
+    "current_A": (r"current|^<?i>?$|^i_?bat(?:t(?:ery)?)?$", {"a": (1.0, 0.0), "ma": (1e-3, 0.0)}),
+    "voltage_V": (
+        r"voltage|potential|recorded|^[uve]$|^e(?:we|cell)$|^[uv]_?bat(?:t(?:ery)?)?$",
+        {"v": (1.0, 0.0), "mv": (1e-3, 0.0)},
+    ),
     "temperature_K": (TEMPERATURE, {"k": (1.0, 0.0), "c": (1.0, 273.15)}),
     "ambient_K": (TEMPERATURE, {"k": (1.0, 0.0), "c": (1.0, 273.15)}),
 }  # fmt: skip

@@ -22,6 +22,9 @@ from twin.columns import (
 from twin.load import Between, Load
 from twin.sign import discharge_sign
 
+FEW = 0.25  # a clock too coarse for its lines has more times that are there twice
+BRIEF = 1e-3  # of an interval: how long before a step the line is that has the time of it
+STEPS = "Lines with the time of the line after them, but another current, count as just before it:"
 MOST_S = 50 * 86400.0  # longer is a clock that was set, or in another unit
 NO_VOLTAGE = "Lines with a voltage of 0 V, which a sensor that dropped out writes, taken for none:"
 NO_TEMPERATURE = "Lines with a temperature that no pack can have, taken for none:"
@@ -61,8 +64,9 @@ def read_load_csv(stream: TextIO, *, name: str) -> LoadTable:
     """Columns by what their header says of quantity and unit: "Current / A", "I[A]", "Time (s)".
 
     Discharge current is positive; where the voltage says that it is negative, it is turned round.
-    Lines without time or current are left out, of lines with one time the last counts, and a
-    voltage of exactly 0 is none. Cells of which each has a column ("Cell 1 / V") make the pack's
+    Lines without time or current are left out, and a voltage of exactly 0 is none. Of lines with
+    one time the last counts, and where the current steps there, as cyclers write it, the first,
+    just before. Cells of which each has a column ("Cell 1 / V") make the pack's
     voltage where no other column has it.
 
     Raises:
@@ -92,7 +96,7 @@ def read_load_csv(stream: TextIO, *, name: str) -> LoadTable:
     elif cells_V is not None:
         voltage_V = cells_V.sum(axis=1)
     temperature_K, strange = possible_K(columns.get("temperature_K"))
-    time_s, current_A = columns["time_s"], columns["current_A"]
+    (time_s, steps), current_A = rising(columns["time_s"]), columns["current_A"]
     turned = voltage_V is not None and discharge_sign(time_s, current_A, voltage_V) < 0
     title = untaken_temperature(header, places)
     unread = f"{title!r} is a temperature in no unit that is known (degC or K): it was not read."
@@ -104,6 +108,7 @@ def read_load_csv(stream: TextIO, *, name: str) -> LoadTable:
         cell_voltage_V=cells_V,
         remarks=(
             *left_out,
+            *((f"{STEPS} {steps}.",) if steps else ()),
             *((TURNED,) if turned else ()),
             *((f"{NO_VOLTAGE} {np.count_nonzero(dead)}.",) if np.any(dead) else ()),
             *((f"{NO_TEMPERATURE} {strange}.",) if strange else ()),
@@ -118,19 +123,36 @@ def kept_lines(
 ) -> tuple[npt.NDArray[np.intp], tuple[str, ...]]:
     """Which of all lines have what is `needed`, and what is to be said of the others.
 
-    The first of it is the time: of lines with one the last counts. TableError if there is no such
-    line, or the clock is no clock.
+    The first of it is the time: of lines with one the last counts, and the first if what else is
+    needed steps there: two lines have that time, and few times are of two. TableError if there is
+    no such line, or the clock is no clock.
     """
-    time_s = next(iter(needed.values()))
+    time_s, *others = needed.values()
     whole = np.flatnonzero(np.all(np.isfinite([*needed.values()]), axis=0))
     if not whole.size:
         raise TableError(f"{name}: no line has {' and '.join(needed)}")
     _check_clock(time_s[whole], [lines[k][0] for k in whole.tolist()], name)
-    kept = whole[np.append(np.diff(time_s[whole]) > 0, [True])]
+    rises = np.diff(time_s[whole]) > 0
+    first, last = np.append(True, rises), np.append(rises, True)
+    before = first & ~last & np.append(last[1:], True)
+    if np.count_nonzero(before) < FEW * np.count_nonzero(last):
+        steps = [np.append(np.diff(own[whole]) != 0, False) for own in others]
+        last |= before & np.any(steps or [np.zeros_like(last)], axis=0)
+    kept = whole[last]
     return kept, (
         *_left_out(len(lines) - whole.size, "have no time, or no current that can flow,"),
         *_left_out(whole.size - kept.size, "have the time of the line after them"),
     )
+
+
+def rising(time_s: FloatArray) -> tuple[FloatArray, int]:
+    """(n,) of two times that are one the first a little before; and how many are so.
+
+    BRIEF of the interval before it, at the start of that after both.
+    """
+    same = np.append(np.diff(time_s) == 0, False)
+    before_s = np.diff(time_s, prepend=time_s[0] - np.max(np.diff(time_s[:3]), initial=0.0))
+    return time_s - BRIEF * before_s * same, int(same.sum())
 
 
 def possible_K(kelvin: FloatArray | None) -> tuple[FloatArray | None, int]:

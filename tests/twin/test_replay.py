@@ -59,6 +59,11 @@ def test_a_solution_of_another_load_is_refused() -> None:
         "time_s,current_A,voltage_V",
         "Test Time / s, Current / A ,Voltage / V,Step",
         "Time [s],I[A],U[V]",
+        "time/s,<I>/A,Ewe/V",
+        "time/s,I/A,Ecell/V",
+        "Time (s),Current (A),Potential (V)",
+        "t/s,Ibatt_A,Vbat_V",
+        "t [s],I [A],V_batt [V]",
         "\ufefftest_time_second,current_ampere,voltage_volt,ambient_temp_C",
     ],
 )
@@ -138,6 +143,27 @@ def test_lines_that_cannot_be_used_are_left_out_and_told() -> None:
         "Lines that have the time of the line after them are left out: 1.",
         "Lines without a voltage, where nothing is compared with it: 1.",
     )
+
+
+def test_both_sides_of_a_step_count() -> None:
+    """As cyclers write it, at one time: 5 A for an hour is 5 Ah, and the loaded voltage is read."""
+    rows = [(0, 0, 4.2), (0, 5, 4.1), *((60 * k, 5, 4.1 - 0.01 * k) for k in range(1, 61))]
+    rows += [(3600, 0, 3.6), *((3600 + 60 * k, 0, 3.6) for k in range(1, 5))]
+    table = read("\n".join(["time_s,current_A,voltage_V", *(",".join(map(str, r)) for r in rows)]))
+    load = table.load(between=Between.LINEAR, ambient_K=298.15)
+    assert load.drawn_C()[-1] == pytest.approx(18000.0, rel=1e-4)
+    assert np.diff(table.time_s).min() == pytest.approx(0.06)
+    assert table.voltage_V is not None
+    assert table.voltage_V[table.current_A == 5.0][-1] == pytest.approx(3.5)
+    (said,) = table.remarks
+    assert said.endswith("count as just before it: 2.")
+
+
+def test_a_clock_in_whole_seconds_has_no_steps() -> None:
+    lines = [f"{k // 2},{5 + k % 3},{4 - 0.01 * (k % 3)}" for k in range(40)]
+    table = read("\n".join(["time_s,current_A,voltage_V", *lines]))
+    assert np.diff(table.time_s).tolist() == [1.0] * 19
+    assert "have the time of the line after them are left out: 20." in table.remarks[0]
 
 
 def test_a_constant_current_has_a_sign_and_none_at_all_stays() -> None:

@@ -29,8 +29,14 @@ SOC_STEP = 1e-4
 CURRENTS = 4
 """That may as well have flowed; a surface answers by what the twin says of so many."""
 UNEVEN = 10.0
+BRIEF = (
+    0.01  # of the usual interval: nothing unseen flows in one that only parts the sides of a step
+)
 """Of four intervals the longest over the shortest, beyond which a cycler put samples where its
 current changed, and a straight line between them is right; loggers are late by less."""
+BRIEF = (
+    0.01  # of the usual interval: nothing unseen flows in one that only parts the sides of a step
+)
 AS_LARGE = 5  # samples in turn, over which that is averaged
 SHORTEST, LONGER = 0.5, 4.0  # samples: in so many it may be forgotten, and in so many times more
 LAGS, ENOUGH = 24, 4  # at which it is seen how; one of a recording's length is seen so often
@@ -66,7 +72,8 @@ def unseen(
     if per_C.size < AS_LARGE:
         return None
     random, dt = np.random.default_rng(0), np.diff(load.time_s)
-    ways_C = off_C * np.sqrt(dt) * random.standard_normal((CURRENTS, dt.size))
+    off_by_C = off_C * np.sqrt(dt) * (dt > BRIEF * np.median(dt))
+    ways_C = off_by_C * random.standard_normal((CURRENTS, dt.size))
 
     def quick(drawn_C: FloatArray, done_V: FloatArray) -> FloatArray:
         walked_C, n = np.append(0.0, np.cumsum(drawn_C)), min(done_V.size, per_C.size)
