@@ -10,7 +10,8 @@ from pydantic import ValidationError
 
 from analyze.columns import as_parquet, replay_columns
 from analyze.names import FLIGHT_FILES, PROFILES, RESULT
-from reports.fleet import Fleet, FleetFlight, charge_ah, fleet_page, left_out, names_of
+from reports.fleet import Fleet, fleet_page
+from reports.fleet_flights import FleetFlight, charge_ah, left_out, names_of
 from reports.flight import FlightReport
 from reports.flight_page import flight_page
 from reports.render import render

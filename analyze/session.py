@@ -19,7 +19,8 @@ from analyze.output import is_foreign, log_of, write_fleet
 from analyze.pack_choice import PackChoice
 from analyze.progress import progress
 from analyze.version import version
-from reports.fleet import Failure, Fleet, FleetFlight
+from reports.fleet import Failure, Fleet
+from reports.fleet_flights import FleetFlight
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -1,16 +1,23 @@
 """The page of a folder: one row a flight, and what could not be analysed."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
-from urllib.parse import quote
 
-from reports.apart import ends_apart
+from reports.fleet_flights import (
+    COPY,
+    SAME,
+    FleetFlight,
+    charge_ah,
+    counted,
+    left_out,
+    names_of,
+    not_here,
+)
 from reports.fleet_packs import packs_section
 from reports.mismatch.words import missed
 from reports.page import Page
-from reports.parts import LoadPart, MotionPart
+from reports.parts import MotionPart
 from reports.quantity import MISSING, fixed, minutes
-from reports.result import Result
 from reports.section import Cell, Column, Row, Section, Table
 
 FLIGHT_COLUMNS = (
@@ -37,22 +44,11 @@ FAILURE_COLUMNS = (
 )
 
 LEFT_OUT = "Left out of time in flight and charge drawn"
-SIMULATED = "simulated_log"  # the code of the warning
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class FleetFlight:
-    """An analysed flight.
-
-    Attributes:
-        folder: of its page, relative to the fleet's page.
-        log: its path as the user would find it.
-        result: the numbers.
-    """
-
-    folder: str
-    log: str
-    result: Result
+ALL = (
+    "It is of the logs of one call: name all their folders in one, and what is up to date is kept, "
+    "not analysed again."
+)
+ONE = "of a log with several flights one is analysed; its page says which"
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -79,28 +75,33 @@ class Fleet:
         failures: the others.
         passed_over: how many files were no logs.
         version: of the program.
+        linked: how many linked folders were not searched.
+        earlier: how many results of earlier runs lie beside these.
     """
 
     flights: tuple[FleetFlight, ...]
     failures: tuple[Failure, ...]
     passed_over: int
     version: str
+    linked: int = 0
+    earlier: int = 0
 
 
 def fleet_page(fleet: Fleet) -> Page:
     """Packs, then flights in the order of their start; those without a date last, by name."""
     flights = sorted(fleet.flights, key=_order)
-    packs = packs_section(_counted(flights)) if flights else None
+    packs = packs_section(counted(flights)) if flights else None
     return Page(
         title="Fleet",
-        subtitle=f"Logs analysed: {len(flights)}, not analysed: {len(fleet.failures)}",
+        subtitle=f"Logs analysed: {len(flights)}, not analysed: {len(fleet.failures)}. "
+        + earlier_results(fleet.earlier),
         sections=(
             *((packs,) if packs and packs.tables else ()),
             Section(
                 id="flights",
                 title="Flights",
                 notices=packs.notices if packs and not packs.tables else (),
-                rows=_totals(flights, fleet.passed_over),
+                rows=_totals(flights, fleet),
                 tables=(*((_flights(flights),) if flights else ()), *_left_out(flights)),
             ),
             *((_failures(fleet.failures),) if fleet.failures else ()),
@@ -109,58 +110,37 @@ def fleet_page(fleet: Fleet) -> Page:
     )
 
 
+def earlier_results(count: int) -> str:
+    """In words; "" if there are none."""
+    return f"Results of earlier runs that are not on this page: {count}. {ALL}" if count else ""
+
+
 def _order(flight: FleetFlight) -> tuple[bool, str, str]:
     start = flight.result.flight.start_utc
     return (start is None, start.isoformat() if start else "", flight.folder)
 
 
-def names_of(flights: Sequence[FleetFlight]) -> tuple[str, ...]:
-    """What each is called: its log, with as much of its path as tells it from the others."""
-    ends = ends_apart(f.log for f in flights)
-    return tuple(ends[f.log] for f in flights)
-
-
-def left_out(flights: Sequence[FleetFlight]) -> tuple[str, ...]:
-    """Why the totals are without each: simulated, a copy of another; "" for those that count.
-
-    Of the copies of one log that counts whose current a sensor measured, else the first by folder.
-    """
-    ends = ends_apart(f.log for f in flights)
-    counts: dict[str, FleetFlight] = {}
-    for f in sorted(flights, key=lambda f: (f.result.quality.current_source != "sensor", f.folder)):
-        counts.setdefault(f.result.flight.sha256, f)
-    return tuple(_why_left_out(f, counts[f.result.flight.sha256], ends) for f in flights)
-
-
-def _counted(flights: Sequence[FleetFlight]) -> list[Result]:
-    """Results of those that are not left out."""
-    both = zip(flights, left_out(flights), strict=True)
-    return [f.result for f, without in both if not without]
-
-
-def _why_left_out(flight: FleetFlight, counts: FleetFlight, ends: Mapping[str, str]) -> str:
-    if any(w.code == SIMULATED for w in flight.result.quality.warnings):
-        return "simulated"
-    return "" if counts is flight else f"a copy of {ends[counts.log]}"
-
-
-def charge_ah(segments: Sequence[LoadPart]) -> float:
-    """Drawn in all of them."""
-    return sum(s.charge_ah for s in segments)
-
-
-def _totals(flights: Sequence[FleetFlight], passed_over: int) -> tuple[Row, ...]:
-    why, counted = left_out(flights), _counted(flights)
-    in_air_s = sum(r.flight.in_air_s for r in counted)
-    charge = sum(charge_ah(r.segments) for r in counted)
-    omitted, simulated = len(flights) - len(counted), why.count("simulated")
-    note = f"copies: {omitted - simulated}, simulated: {simulated}; they stand below"
+def _totals(flights: Sequence[FleetFlight], fleet: Fleet) -> tuple[Row, ...]:
+    count, why = counted(flights), left_out(flights)
+    in_air_s = sum(f.result.flight.in_air_s for f in count)
+    charge = sum(charge_ah(f.result.segments) for f in count)
+    counts = (
+        ("Left out of these", len(flights) - len(count), _kinds(why)),
+        ("Flights that are not here", not_here(count), ONE),
+        ("Linked folders", fleet.linked, "not searched: name them to search them"),
+    )
     return (
         Row(label="Time in flight", value=minutes(in_air_s), unit="min:s"),
         Row(label="Charge drawn", value=fixed(charge, 2), unit="Ah", note="in the segments"),
-        *((Row(label="Left out of these", value=str(omitted), note=note),) if omitted else ()),
-        Row(label="Files that are no logs", value=str(passed_over), note="passed over"),
+        *(Row(label=label, value=str(n), note=note) for label, n, note in counts if n),
+        Row(label="Files that are no logs", value=str(fleet.passed_over), note="passed over"),
     )
+
+
+def _kinds(why: Sequence[str]) -> str:
+    kinds = (("copies", COPY), ("the same flight in another log", SAME), ("simulated", "simulated"))
+    counts = [(name, sum(w.startswith(begin) for w in why)) for name, begin in kinds]
+    return f"{', '.join(f'{name}: {n}' for name, n in counts if n)}; they stand below"
 
 
 def _flights(flights: Sequence[FleetFlight]) -> Table:
@@ -186,7 +166,7 @@ def _flight_row(flight: FleetFlight, called: str) -> tuple[Cell, ...]:
 
 
 def _link(flight: FleetFlight, called: str) -> Cell:
-    return Cell(text=called, href=f"{quote(flight.folder, safe='')}/report.html")
+    return Cell(text=called, href=flight.page)
 
 
 def _left_out(flights: Sequence[FleetFlight]) -> tuple[Table, ...]:

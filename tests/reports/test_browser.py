@@ -10,7 +10,8 @@ from pathlib import Path
 import pytest
 
 from proof.page import proof_page
-from reports.fleet import Failure, Fleet, FleetFlight, fleet_page
+from reports.fleet import Failure, Fleet, fleet_page
+from reports.fleet_flights import FleetFlight
 from reports.flight_page import flight_page
 from reports.mismatch import mismatch_page
 from reports.render import render

@@ -11,7 +11,7 @@ import pytest
 
 from analyze.output import _fleet_row
 from reports.damage import assessment_part, loss_part
-from reports.fleet import FleetFlight
+from reports.fleet_flights import FleetFlight
 from reports.flight import FlightReport
 from reports.flight_page import flight_page
 from reports.quantity import significant

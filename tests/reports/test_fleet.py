@@ -1,14 +1,17 @@
 """The page of a folder."""
 
 from dataclasses import replace
-from datetime import UTC, datetime
+from datetime import UTC, datetime, timedelta
 from hashlib import sha256
 
 import pytest
 
 from flightlogs.errors import LogWarning
+from flightlogs.flight import choose_flight
+from flightlogs.log import Interval
 from reports.apart import ends_apart
-from reports.fleet import Failure, Fleet, FleetFlight, fleet_page, left_out
+from reports.fleet import Failure, Fleet, fleet_page
+from reports.fleet_flights import FleetFlight, left_out
 from reports.flight import NoMismatch
 from reports.render import render
 from reports.results import result_of
@@ -101,6 +104,75 @@ def test_of_copies_that_counts_whose_current_a_sensor_measured() -> None:
     alone = copied(flight("b", 1, recording=example.recording(current_source="autopilot")), "a")
     assert left_out((alone, by_sensor)) == ("a copy of b.ulg", "")
     assert left_out((by_sensor, alone)) == ("", "a copy of b.ulg")
+
+
+def test_one_flight_in_two_logs_counts_once_and_the_log_on_board_is_the_one() -> None:
+    """The ground station's clock is 2 s off, its telemetry draws 2 % less; no pack is named."""
+    onboard, other_day = unnamed("b", 1), unnamed("c", 2)
+    seen = telemetry(onboard, "a", late_s=2.0, less=0.02)
+    assert left_out((seen, onboard, other_day)) == ("the same flight as b.ulg", "", "")
+    rows = {r.label: r for r in flights_of(replace(FLEET, flights=(seen, onboard))).rows}
+    assert rows["Time in flight"].value == "0:46"
+    assert rows["Left out of these"].note == "the same flight in another log: 1; they stand below"
+
+
+@pytest.mark.parametrize("changes", [{"late_s": 8.0}, {"less": 0.08}])
+def test_what_began_or_drew_otherwise_is_another_flight(changes: dict[str, float]) -> None:
+    onboard = unnamed("b", 1)
+    assert left_out((telemetry(onboard, "a", **changes), onboard)) == ("", "")
+
+
+def test_drones_of_a_swarm_are_not_one_flight() -> None:
+    assert left_out((unnamed("a", 1), unnamed("b", 1))) == ("", "")
+
+
+def test_a_pack_is_not_in_two_flights_at_once() -> None:
+    """The clock of the ground station is 15 s off; 46 s are flown."""
+    pack = replace(example.fitted_pack(), serial="7")
+    onboard = flight("b", 1, pack=pack)
+    assert left_out((onboard, telemetry(onboard, "a", late_s=15.0))) == (
+        "", "the same flight as b.ulg",
+    )  # fmt: skip
+    assert left_out((onboard, telemetry(onboard, "a", late_s=30.0))) == ("", "")
+    undated = flight("c", None, pack=pack), flight("d", None, pack=pack)
+    assert left_out(undated) == ("", "")
+
+
+def unnamed(folder: str, day: int) -> FleetFlight:
+    return flight(folder, day, pack=replace(example.fitted_pack(), serial=""))
+
+
+def telemetry(
+    of: FleetFlight, folder: str, *, late_s: float = 0.0, less: float = 0.0
+) -> FleetFlight:
+    """Of the same flight, by the clock and with the losses of a ground station."""
+    flown, segments = of.result.flight, of.result.segments
+    assert flown.start_utc is not None
+    start = flown.start_utc + timedelta(seconds=late_s)
+    part = flown.model_copy(update={"format": "tlog", "start_utc": start, "sha256": folder * 64})
+    drawn = tuple(s.model_copy(update={"charge_ah": (1.0 - less) * s.charge_ah}) for s in segments)
+    result = of.result.model_copy(update={"flight": part, "segments": drawn})
+    return FleetFlight(folder=folder, log=f"logs/{folder}.tlog", result=result)
+
+
+def test_flights_that_are_not_analysed_are_counted() -> None:
+    """As `flightlogs` warns of them, of a log that counts."""
+    armed, in_air = (Interval(1, 10), Interval(12, 48)), (Interval(2, 9), Interval(13, 47))
+    (warning,) = choose_flight(replace(example.log(), armed=armed, in_air=in_air)).warnings
+    several = flight("a", 1, recording=example.recording(warnings=(warning,)))
+    section = flights_of(replace(FLEET, flights=(several, copied(several, "b"), flight("c", 3))))
+    rows = {r.label: r.value for r in section.rows}
+    assert rows["Flights that are not here"] == "1"
+    assert "Flights that are not here" not in {r.label for r in flights_of(FLEET).rows}
+
+
+def test_linked_folders_and_earlier_results_that_are_not_there_are_told() -> None:
+    page = fleet_page(replace(FLEET, linked=2, earlier=3))
+    assert (
+        "Results of earlier runs that are not on this page: 3. It is of the logs" in page.subtitle
+    )
+    assert {r.label: r.value for r in page.sections[-2].rows}["Linked folders"] == "2"
+    assert fleet_page(FLEET).subtitle == "Logs analysed: 3, not analysed: 1. "
 
 
 def test_a_fleet_where_nothing_could_be_analysed_has_a_page() -> None:
