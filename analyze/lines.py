@@ -2,6 +2,7 @@
 
 import click
 
+from analyze.find import Found
 from analyze.job import Done
 from reports.fleet import Failure
 from reports.quantity import fixed, minutes
@@ -25,15 +26,17 @@ def failed_line(failure: Failure) -> str:
     return f"failed    {failure.file}: {failure.reason} ({failure.code})"
 
 
-def closing_line(done: int, kept: int, failed: int, passed_over: int) -> str:
+def closing_line(done: int, kept: int, failed: int, found: Found) -> str:
     """The sum of it."""
     parts = [f"{done} analysed"]
     if kept:
         parts.append(f"{kept} up to date and kept (--force analyses again)")
     if failed:
         parts.append(f"{failed} failed")
-    if passed_over:
-        parts.append(f"{passed_over} passed over (no logs)")
+    if found.passed_over:
+        parts.append(f"{len(found.passed_over)} passed over (no logs)")
+    if found.linked:
+        parts.append(f"{len(found.linked)} linked folders not searched (name them to search them)")
     return ", ".join(parts) + "."
 
 

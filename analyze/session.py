@@ -89,9 +89,13 @@ def _found(options: Options) -> Found:
     found = find(options.paths, besides=options.out, is_log=is_log)
     for path in found.passed_over if options.verbose else ():
         click.echo(f"    passed over (no log)  {click.format_filename(path)}", err=True)
+    for path in found.linked if options.verbose else ():
+        click.echo(f"    not searched (a link)  {click.format_filename(path)}", err=True)
     if not found.logs and not found.unreadable:
         where = ", ".join(click.format_filename(p) for p in options.paths)
-        raise WrongUse(f"no flight log in {where} ({len(found.passed_over)} files looked at)")
+        linked = f", {len(found.linked)} linked folders not searched" if found.linked else ""
+        looked = f"{len(found.passed_over)} files looked at{linked}"
+        raise WrongUse(f"no flight log in {where} ({looked})")
     if options.sensor and len(found.logs) > 1:
         raise WrongUse(f"--sensor belongs to one log, but {len(found.logs)} are to be analysed")
     if options.sensor:
@@ -190,7 +194,7 @@ def _unreadable(path: Path, reason: str) -> Failure:
 
 def _sum(tally: Tally, found: Found) -> str:
     analysed = len(tally.done) - tally.kept
-    return closing_line(analysed, tally.kept, len(tally.failed), len(found.passed_over))
+    return closing_line(analysed, tally.kept, len(tally.failed), found)
 
 
 def _fleet_written(out: Path, fleet: Fleet) -> bool:
@@ -213,4 +217,5 @@ def _fleet(tally: Tally, found: Found) -> Fleet:
         failures=tuple(tally.failed),
         passed_over=len(found.passed_over),
         version=version(),
+        linked=len(found.linked),
     )

@@ -105,6 +105,41 @@ def test_a_link_that_leads_nowhere_a_file_may_be_is_told_and_costs_nothing_else(
     assert got.unreadable == ((tmp_path / "bad.ulg", "File name too long"),)
 
 
+def test_links_with_the_name_of_a_log_that_lead_nowhere_or_in_a_circle_are_told(tmp_path) -> None:
+    touch(tmp_path, "a.ulg")
+    (tmp_path / "gone.BIN").symlink_to("card/gone.bin")
+    (tmp_path / "round.tlog").symlink_to("round.tlog")
+    (tmp_path / "notes.txt").symlink_to("no such notes")
+    got = find([tmp_path], besides=tmp_path / "out", is_log=is_log)
+    assert [p.name for p in got.logs] == ["a.ulg"]
+    assert [(p.name, why) for p, why in got.unreadable] == [
+        ("gone.BIN", "No such file or directory"),
+        ("round.tlog", "Too many levels of symbolic links"),
+    ]
+
+
+def test_linked_folders_are_named_and_not_searched(tmp_path) -> None:
+    touch(tmp_path, "x/a.ulg", "y/b.ulg", "out/c.txt")
+    (tmp_path / "x/y").symlink_to(tmp_path / "y", target_is_directory=True)
+    (tmp_path / "x/out").symlink_to(tmp_path / "out", target_is_directory=True)
+    got = find([tmp_path / "x"], besides=tmp_path / "out", is_log=is_log)
+    assert (got.logs, got.linked) == ((tmp_path / "x/a.ulg",), (tmp_path / "x/y",))
+    (tmp_path / "link").symlink_to(tmp_path / "y", target_is_directory=True)
+    named = find([tmp_path / "link"], besides=tmp_path / "out", is_log=is_log)
+    assert (named.logs, named.linked) == ((tmp_path / "link/b.ulg",), ())
+
+
+def test_a_packed_log_is_told_unless_it_is_there_unpacked(tmp_path) -> None:
+    touch(tmp_path, "a.ulg", "a.ulg.gz", "b.ulg.gz", "c.BIN.Zip", "notes.txt.gz", "tools.zip")
+    got = find([tmp_path], besides=tmp_path / "out", is_log=is_log)
+    assert [p.name for p in got.logs] == ["a.ulg"]
+    assert [(p.name, why) for p, why in got.unreadable] == [
+        ("b.ulg.gz", "a packed log: unpack it first"),
+        ("c.BIN.Zip", "a packed log: unpack it first"),
+    ]
+    assert [p.name for p in got.passed_over] == ["a.ulg.gz", "notes.txt.gz", "tools.zip"]
+
+
 @pytest.mark.usefixtures("closed")
 def test_a_folder_that_cannot_be_listed_is_told_and_costs_nothing_else(tmp_path) -> None:
     touch(tmp_path, "a.ulg", "closed/b.ulg", "open/c.ulg")
