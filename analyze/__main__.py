@@ -52,8 +52,9 @@ AnyFile = click.Path(exists=True, dir_okay=False, path_type=Path)
 @click.option(
     "--pack-per-folder",
     is_flag=True,
-    help="The logs of one folder are of one pack: its name is the pack's serial number where "
-    "neither log nor pack file has one.",
+    help="Each folder directly in PATH is one pack, with all logs below it: of `logs` the log "
+    "logs/BAT7/LOGS/1.bin is of BAT7. Logs directly in PATH are of one pack, too. The folder's "
+    "name is the serial number where neither log nor pack file has one.",
 )
 @click.option(
     "--thorough",

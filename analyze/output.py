@@ -1,7 +1,7 @@
 """The files of a flight and of a fleet; each appears whole or not at all."""
 
 import json
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from contextlib import suppress
 from pathlib import Path
 
@@ -77,6 +77,14 @@ def log_of(folder: Path) -> str | None:
         return str(flight["sha256"])
     except (OSError, ValueError, LookupError, TypeError):
         return None
+
+
+def earlier_in(out: Path, *, besides: Collection[str]) -> int:
+    """How many results lie in folders of `out` beside those of that name; 0 if none can be seen."""
+    try:
+        return sum(log_of(p) is not None for p in out.iterdir() if p.name not in besides)
+    except OSError:  # it may be written to and not be looked into
+        return 0
 
 
 def is_foreign(folder: Path) -> bool:

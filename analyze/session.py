@@ -1,6 +1,6 @@
 """One call of the command: find, run, tell, sum up."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from contextlib import closing
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -15,11 +15,12 @@ from analyze.interrupt import Asked, remembered
 from analyze.job import Done, Job, Outcome, sha256_of
 from analyze.lines import closing_line, done_line, failed_line
 from analyze.names import free_name, printable
-from analyze.output import is_foreign, log_of, write_fleet
+from analyze.output import earlier_in, is_foreign, log_of, write_fleet
 from analyze.pack_choice import PackChoice
+from analyze.pack_folders import pack_folders
 from analyze.progress import progress
 from analyze.version import version
-from reports.fleet import Failure, Fleet
+from reports.fleet import Failure, Fleet, earlier_results
 from reports.fleet_flights import FleetFlight
 
 
@@ -67,6 +68,7 @@ def run_session(options: Options) -> int:
 
 def _done(options: Options, pack: PackChoice | None, found: Found) -> int:
     tally = Tally()
+    of_folder = len(found.logs) > 1 or any(p.is_dir() for p in options.paths)
     try:
         for path, reason in found.unreadable:
             _note_failure(_unreadable(path, reason), tally)
@@ -75,14 +77,22 @@ def _done(options: Options, pack: PackChoice | None, found: Found) -> int:
             _run(jobs, tally, options, interrupted)
     except KeyboardInterrupt:
         click.echo(f"Interrupted: {_sum(tally, found)} What is written is whole.", err=True)
+        click.echo(_going_on(options, of_folder=of_folder), err=True)
         return 130
-    fleet = len(found.logs) > 1 or any(p.is_dir() for p in options.paths)
-    whole = not fleet or _fleet_written(options.out, _fleet(tally, found))
+    fleet = _fleet(tally, found, options.out)
+    whole = not of_folder or _fleet_written(options.out, fleet)
     if not options.quiet:
         click.echo(_sum(tally, found))
-        if fleet and whole:
+        if of_folder and whole:
             click.echo(f"All of them on one page: {click.format_filename(options.out)}/index.html")
+            click.echo(earlier_results(fleet.earlier), nl=bool(fleet.earlier))
     return 0 if whole and not tally.failed else 1
+
+
+def _going_on(options: Options, *, of_folder: bool) -> str:
+    without = " without --force" if options.force else ""
+    page = "index.html was not written. " if of_folder else ""
+    return f"{page}The same command{without} goes on from there."
 
 
 def _found(options: Options) -> Found:
@@ -109,6 +119,7 @@ def _jobs(
     """A job for each log that can be opened, with a folder of its own."""
     used: set[str] = set()
     jobs = []
+    serials = _serials(logs, options)
     for log in logs:
         try:
             digest = sha256_of(log)
@@ -129,15 +140,25 @@ def _jobs(
                 battery=options.battery,
                 force=options.force,
                 thorough=options.thorough,
-                serial=_folder_of(log) if options.pack_per_folder else "",
+                serial=serials.get(log, ""),
             )
         )
     return tuple(jobs)
 
 
-def _folder_of(log: Path) -> str:
-    """Name of the folder that it lies in."""
-    return printable(log.absolute().parent.name)
+def _serials(logs: Sequence[Path], options: Options) -> Mapping[Path, str]:
+    """By the folders that the logs lie in, if that is asked for."""
+    if not options.pack_per_folder:
+        return {}
+    packs = pack_folders(logs, options.paths)
+    if packs.loose:
+        names = ", ".join(sorted({f"'{packs.names[log]}'" for log in packs.loose}))
+        click.echo(
+            f"--pack-per-folder: {len(packs.loose)} of the logs lie in no folder below PATH: taken "
+            f"for flights of one pack, {names}. If they are of several, give each its folder.",
+            err=True,
+        )
+    return packs.names
 
 
 def _taken(out: Path, digest: str, used: set[str]) -> Callable[[str], bool]:
@@ -208,7 +229,7 @@ def _fleet_written(out: Path, fleet: Fleet) -> bool:
     return True
 
 
-def _fleet(tally: Tally, found: Found) -> Fleet:
+def _fleet(tally: Tally, found: Found, out: Path) -> Fleet:
     return Fleet(
         flights=tuple(
             FleetFlight(folder=d.job.folder.name, log=d.job.shown, result=d.result)
@@ -218,4 +239,5 @@ def _fleet(tally: Tally, found: Found) -> Fleet:
         passed_over=len(found.passed_over),
         version=version(),
         linked=len(found.linked),
+        earlier=earlier_in(out, besides={d.job.folder.name for d in tally.done}),
     )

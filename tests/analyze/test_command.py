@@ -129,7 +129,9 @@ def test_a_folder_for_each_pack_names_it(tmp_path, analysed) -> None:
     assert run.exit_code == 0
     assert len(analysed) == 6
     table = pq.read_table(tmp_path / "o/fleet.parquet")
-    assert table["serial"].to_pylist() == ["BAT 7", "deep", "logs"]
+    assert table["serial"].to_pylist() == ["BAT 7", "BAT 7", "logs"]
+    assert "1 of the logs lie in no folder below PATH" in run.stderr
+    assert "one pack, 'logs'." in run.stderr
     assert "Packs, the weakest first" in (tmp_path / "o/index.html").read_text(encoding="utf-8")
 
 
@@ -152,6 +154,10 @@ def test_ctrl_c_leaves_what_is_whole_and_says_how_much(tmp_path, analysed) -> No
     run = call(tmp_path, "logs", "--out", "o")
     assert run.exit_code == 130
     assert "Interrupted: 1 analysed." in run.stderr
+    assert "index.html was not written. The same command goes on from there." in run.stderr
+    again = call(tmp_path, "logs/b.ulg", "--out", "o", "--force")
+    assert "\nThe same command without --force goes on from there." in again.stderr
+    assert analysed.pop() == "b.ulg"
     assert made(tmp_path / "o") == {"a"}
     assert not list(tmp_path.rglob("*.part"))
     assert analysed == ["a.ulg", "b.ulg"]
@@ -167,7 +173,8 @@ def test_a_ctrl_c_that_was_lost_in_a_job_is_heard_after_it_and_no_failure_of_the
     put(tmp_path, "logs/c.ulg")
     run = call(tmp_path, "logs", "--out", "o")
     assert run.exit_code == 130
-    assert run.stderr == f"Interrupted: {len(whole)} analysed. What is written is whole.\n"
+    said, _ = run.stderr.splitlines()
+    assert said == f"Interrupted: {len(whole)} analysed. What is written is whole."
     assert made(tmp_path / "o") == whole
     assert analysed == ["a.ulg", "b.ulg"]
     assert signal.getsignal(signal.SIGINT) is before

@@ -33,6 +33,23 @@ def test_kept_flights_are_in_the_fleet_too(tmp_path) -> None:
     assert pq.read_table(tmp_path / "o/fleet.parquet").num_rows == 1
 
 
+@pytest.mark.usefixtures("analysed")
+def test_results_of_an_earlier_run_that_are_not_on_the_page_are_told(tmp_path) -> None:
+    for name in ("A/a", "B/b", "C/c"):
+        put(tmp_path, f"fleet/{name}.ulg", name.encode())
+    assert "earlier runs" not in call(tmp_path, "fleet/A", "fleet/B", "--out", "o").output
+    (tmp_path / "o/mine").mkdir()
+    told = "Results of earlier runs that are not on this page: 2."
+    run = call(tmp_path, "fleet/C", "--out", "o")
+    assert told in run.stdout
+    assert told in (tmp_path / "o/index.html").read_text(encoding="utf-8")
+    run = call(tmp_path, "fleet", "--out", "o")
+    assert "0 analysed, 3 up to date and kept" in run.stdout
+    assert "earlier runs" not in run.stdout + (tmp_path / "o/index.html").read_text(
+        encoding="utf-8"
+    )
+
+
 def test_what_other_code_made_is_made_again(tmp_path, analysed, monkeypatch) -> None:
     """Between two releases results change, and a fleet would hold both."""
     put(tmp_path, "flight.ulg")
