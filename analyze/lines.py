@@ -36,7 +36,7 @@ def closing_line(done: int, kept: int, failed: int, found: Found) -> str:
     if found.passed_over:
         parts.append(f"{len(found.passed_over)} passed over (no logs)")
     if found.linked:
-        parts.append(f"{len(found.linked)} linked folders not searched (name them to search them)")
+        parts.append(f"linked folders not searched: {len(found.linked)} (name them to search them)")
     return ", ".join(parts) + "."
 
 

@@ -76,17 +76,18 @@ def _done(options: Options, pack: PackChoice | None, found: Found) -> int:
         with remembered() as interrupted:
             _run(jobs, tally, options, interrupted)
     except KeyboardInterrupt:
-        click.echo(f"Interrupted: {_sum(tally, found)} What is written is whole.", err=True)
-        click.echo(_going_on(options, of_folder=of_folder), err=True)
+        said = f"{_sum(tally, found)} What is written is whole."
+        going_on = _going_on(options, of_folder=of_folder)
+        click.echo(f"Interrupted: {said} {going_on}", err=True)
         return 130
     fleet = _fleet(tally, found, options.out)
-    whole = not of_folder or _fleet_written(options.out, fleet)
+    written = not of_folder or _fleet_written(options.out, fleet)
     if not options.quiet:
         click.echo(_sum(tally, found))
-        if of_folder and whole:
+        if of_folder and written:
             click.echo(f"All of them on one page: {click.format_filename(options.out)}/index.html")
             click.echo(earlier_results(fleet.earlier), nl=bool(fleet.earlier))
-    return 0 if whole and not tally.failed else 1
+    return 0 if written and not tally.failed else 1
 
 
 def _going_on(options: Options, *, of_folder: bool) -> str:
@@ -103,7 +104,7 @@ def _found(options: Options) -> Found:
         click.echo(f"    not searched (a link)  {click.format_filename(path)}", err=True)
     if not found.logs and not found.unreadable:
         where = ", ".join(click.format_filename(p) for p in options.paths)
-        linked = f", {len(found.linked)} linked folders not searched" if found.linked else ""
+        linked = f", linked folders not searched: {len(found.linked)}" if found.linked else ""
         looked = f"{len(found.passed_over)} files looked at{linked}"
         raise WrongUse(f"no flight log in {where} ({looked})")
     if options.sensor and len(found.logs) > 1:

@@ -111,22 +111,26 @@ class _Flown:
     def is_also(self, other: "_Flown") -> bool:
         """One pack is not in two flights at once; of one that is not named two formats agree."""
         both_s = min(self.end_s, other.end_s) - max(self.begin_s, other.begin_s)
-        each_s = self.end_s - self.begin_s, other.end_s - other.begin_s
-        a, b = self.flight.result, other.flight.result
-        if both_s <= TOGETHER * min(each_s):
+        if both_s <= TOGETHER * min(self.duration_s, other.duration_s):
             return False
+        a, b = self.flight.result, other.flight.result
         if a.pack.serial and a.pack.serial == b.pack.serial:
             return True
-        return (
-            a.flight.format != b.flight.format  # drones of a swarm take off at once, too
-            and abs(self.begin_s - other.begin_s) <= AT_ONCE_S
-            and _alike(*each_s)
-            and _alike(self.charge_ah, other.charge_ah)
+        swarm = a.flight.format == b.flight.format  # its drones take off at once, too
+        return not swarm and abs(self.begin_s - other.begin_s) <= AT_ONCE_S and self.is_like(other)
+
+    def is_like(self, other: "_Flown") -> bool:
+        """It lasted as long and drew as much."""
+        durations, charges = (
+            (self.duration_s, other.duration_s),
+            (self.charge_ah, other.charge_ah),
         )
+        return all(max(two) - min(two) <= ALIKE * max(two) for two in (durations, charges))
 
-
-def _alike(a: float, b: float) -> bool:
-    return abs(a - b) <= ALIKE * max(a, b)
+    @property
+    def duration_s(self) -> float:
+        """From take-off to landing."""
+        return self.end_s - self.begin_s
 
 
 def _why_left_out(flown: _Flown, count: Sequence[_Flown], ends: Mapping[str, str]) -> str:
@@ -137,5 +141,6 @@ def _why_left_out(flown: _Flown, count: Sequence[_Flown], ends: Mapping[str, str
         if other.flight.result.flight.sha256 == result.flight.sha256:
             return f"{COPY} {ends[other.flight.log]}"
         if flown.is_also(other):
-            return f"{SAME} {ends[other.flight.log]}"
+            doubt = "" if flown.is_like(other) else ", or one of another pack"
+            return f"{SAME} {ends[other.flight.log]}{doubt}"
     return ""

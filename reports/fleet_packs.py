@@ -61,11 +61,12 @@ NOTES = (
     "would cost a pack taken as new: one whose films are older loses less. What the twin misses is "
     "of the last.",
     "The pack with the least of its rated capacity comes first, those of which no flight tells it "
-    f"last. With less than {percent(RETIRED)} a pack is usually retired, here if the last "
-    f"{AGREE} flights that tell it agree, or the only one, though the current sensor be off by its "
-    f"standard deviation ({percent(SCALE_STD['autopilot'])} that of an autopilot, "
-    f"{percent(SCALE_STD['sensor'])} a separate one) and the fit by its own, {SURELY:g} times. "
-    "A slow discharge tells more than any flight (twin calibrate).",
+    f"last. With less than {percent(RETIRED)} a pack is usually retired. It is said to be worn "
+    f"only if the last {AGREE} flights that tell it agree, or there is only one, and if it has "
+    "less even where the fit and the current sensor are off: the sensor by a standard deviation of "
+    f"{percent(SCALE_STD['autopilot'])} (autopilot) or {percent(SCALE_STD['sensor'])} (a separate "
+    f"one), both together {SURELY:g} times. A slow discharge tells more than any flight "
+    "(twin calibrate).",
 )
 LOW_SENSOR = (
     "Or the current sensor of the vehicle reads low: then all packs that fly on it seem small. "

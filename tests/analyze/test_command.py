@@ -109,6 +109,20 @@ def test_what_is_passed_over_is_named_if_asked_for(tmp_path) -> None:
 
 
 @pytest.mark.usefixtures("analysed")
+def test_linked_folders_are_told(tmp_path) -> None:
+    put(tmp_path, "card/a.ulg")
+    (tmp_path / "logs").mkdir()
+    (tmp_path / "logs/card").symlink_to(tmp_path / "card", target_is_directory=True)
+    told = "linked folders not searched: 1"
+    assert told in call(tmp_path, "logs").output
+    put(tmp_path, "logs/b.ulg", b"b")
+    run = call(tmp_path, "logs", "-v", "--out", "o")
+    assert f"1 analysed, {told} (name them to search them)." in run.stdout
+    assert "not searched (a link)  logs/card" in run.stderr
+    assert "Linked folders" in (tmp_path / "o/index.html").read_text(encoding="utf-8")
+
+
+@pytest.mark.usefixtures("analysed")
 def test_copies_of_a_log_are_in_the_table_with_what_they_are_copies_of(tmp_path) -> None:
     for name in ("a", "b", "c"):
         put(tmp_path, f"logs/{name}.ulg")
@@ -156,7 +170,7 @@ def test_ctrl_c_leaves_what_is_whole_and_says_how_much(tmp_path, analysed) -> No
     assert "Interrupted: 1 analysed." in run.stderr
     assert "index.html was not written. The same command goes on from there." in run.stderr
     again = call(tmp_path, "logs/b.ulg", "--out", "o", "--force")
-    assert "\nThe same command without --force goes on from there." in again.stderr
+    assert "whole. The same command without --force goes on from there." in again.stderr
     assert analysed.pop() == "b.ulg"
     assert made(tmp_path / "o") == {"a"}
     assert not list(tmp_path.rglob("*.part"))
@@ -173,8 +187,9 @@ def test_a_ctrl_c_that_was_lost_in_a_job_is_heard_after_it_and_no_failure_of_the
     put(tmp_path, "logs/c.ulg")
     run = call(tmp_path, "logs", "--out", "o")
     assert run.exit_code == 130
-    said, _ = run.stderr.splitlines()
-    assert said == f"Interrupted: {len(whole)} analysed. What is written is whole."
+    said = f"Interrupted: {len(whole)} analysed. What is written is whole. index.html was not"
+    assert run.stderr.startswith(said)
+    assert run.stderr.count("\n") == 1
     assert made(tmp_path / "o") == whole
     assert analysed == ["a.ulg", "b.ulg"]
     assert signal.getsignal(signal.SIGINT) is before

@@ -134,6 +134,9 @@ def test_a_pack_is_not_in_two_flights_at_once() -> None:
         "", "the same flight as b.ulg",
     )  # fmt: skip
     assert left_out((onboard, telemetry(onboard, "a", late_s=30.0))) == ("", "")
+    assert left_out((onboard, telemetry(onboard, "a", less=0.4))) == (
+        "", "the same flight as b.ulg, or one of another pack",
+    )  # fmt: skip
     undated = flight("c", None, pack=pack), flight("d", None, pack=pack)
     assert left_out(undated) == ("", "")
 
