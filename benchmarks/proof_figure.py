@@ -120,7 +120,7 @@ def main(picture: Path, runs: list[Path]) -> None:
     """Draw the trials of all runs as one."""
     proof = Proof(
         seed=0, command="", trials=tuple(t for run in runs for t in trials(run)), not_made=(),
-        versions={}, head="", seconds=0.0,
+        versions={}, code="", head="", seconds=0.0,
     )  # fmt: skip
     picture.write_bytes(figure_png(proof))
 

@@ -43,6 +43,7 @@ def proof_again(out: Path, shown: Mapping[str, Any], entries: Sequence[Entry]) -
         trials=trials,
         not_made=tuple(NotMade(**n) for n in shown["not_made"]),
         versions=begun["versions"],
+        code=begun["code"],
         head=entries[-1].hash,
         seconds=shown["seconds"],
     )

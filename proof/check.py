@@ -44,10 +44,16 @@ class Checked:
     Attributes:
         opened: trials whose truth was opened.
         broken: what does not hold, in words.
+        code: hash of what it says it was made by; "" if it says none.
     """
 
     opened: int
     broken: tuple[str, ...]
+    code: str
+
+
+class OtherVersionError(ValueError):
+    """A proof that this program cannot check; the text says what can."""
 
 
 def check(out: Path) -> Checked:
@@ -56,14 +62,23 @@ def check(out: Path) -> Checked:
     But for the page: its hash is in the last entry, and what it shows is in `proof.json`.
 
     Raises:
-        LedgerError: the ledger itself is broken, or a trial was opened before it was judged.
+        OtherVersionError: it is of a version before or after this one; nothing else was looked at.
+        LedgerError: the ledger itself is broken, or its order is not that of a run.
         OSError: there is none.
     """
+    shown = _shown(out / PROOF)
+    if (its := shown.get("schema_version", VERSION)) != VERSION:
+        raise OtherVersionError(
+            f"{PROOF} is of version {its}, this program checks {VERSION}: check it with the "
+            "program that made it"
+        )
     entries = _ledger(out / LEDGER)
     made = [e for e in entries if e.event != SHOWN]
     trials = [e for e in made if e.event not in (BEGUN, LEFT)]
     opened = sum(e.event == "opened" for e in trials)
     broken = [text for e in entries if e.event != LEFT for text in _of_entry(out, e)]
+    if entries and ASKED not in entries[0].sha256:
+        broken.append(f"{LEDGER}: its first entry, of {ASKED}, has no hash of it")
     broken += _of_keys(out / TRIALS, trials)
     broken += _unknown(out / TRIALS, trials)
     broken += _not_opened(trials)
@@ -73,7 +88,16 @@ def check(out: Path) -> Checked:
         broken.append(f"{LEDGER}: its last entry, of {PROOF} and {PAGE}, is missing")
     if not (out / PAGE).is_file():
         broken.append(f"{PAGE} is missing")
-    return Checked(opened=opened, broken=tuple(dict.fromkeys(broken)))
+    code = str(shown.get("code", ""))
+    return Checked(opened=opened, broken=tuple(dict.fromkeys(broken)), code=code)
+
+
+def _shown(path: Path) -> Mapping[str, Any]:
+    """Of `proof.json`; nothing where it is none, which `_of_proof` tells."""
+    try:
+        return dict(json.loads(path.read_bytes()))
+    except (TypeError, ValueError, OSError):
+        return {}
 
 
 def _ledger(path: Path) -> tuple[Entry, ...]:
@@ -174,9 +198,6 @@ def _of_proof(out: Path, entries: Sequence[Entry]) -> Iterator[str]:
         return
     try:
         shown = json.loads(path.read_bytes())
-        if shown["schema_version"] != VERSION:
-            yield f"{PROOF} is of version {shown['schema_version']}: check it with what made it"
-            return
         if shown["ledger_head"] != (entries[-1].hash if entries else FIRST):
             yield (f"{LEDGER}: it ends elsewhere than {PROOF} says: entries are missing, or more")
         yield from _of_trials(shown, entries)

@@ -3,13 +3,14 @@
 import secrets
 import shlex
 import time
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, replace
 from importlib.metadata import PackageNotFoundError
 from importlib.metadata import version as version_of
 from importlib.util import find_spec
 from os import cpu_count
 from pathlib import Path
+from typing import Any
 
 import click
 import numpy as np
@@ -19,11 +20,11 @@ from analyze.interrupt import asked_to_stop
 from analyze.version import version
 from analyze.workbench.listing import print_table
 from analyze.workbench.watch import watching
-from proof.check import check
+from proof.check import Checked, OtherVersionError, check
 from proof.ledger import LedgerError
 from proof.outcome import Outcome, Proof
 from proof.places import LEDGER, PAGE, PROOF, in_the_way
-from proof.run import Watch, prove
+from proof.run import Watch, code, prove
 from proof.shown import show
 from proof.simulated.draw import trials as simulated
 from proof.targets import over_noise
@@ -35,6 +36,7 @@ SOLVES, CELLS = "solves", "cells"
 ANEW = "cells-anew"  # none of those that come with the program, nor of a run that took them
 SHOWN = ("numpy", "scipy", "casadi", "pybamm", "cryptography")
 SEEDS = 10**9
+SHORT = 10  # digits of a hash that are printed
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -75,17 +77,20 @@ def _proven(request: Request) -> int:
     click.echo(f"seed     {seed}: {len(trials)} trials")
     jobs = request.jobs or cpu_count() or 1
     command, versions = _again(request, seed), dict(_versions())
-    asked_for = {"seed": seed, "command": command, "versions": versions}
+    asked_for: dict[str, Any] = {
+        "seed": seed,
+        "command": command,
+        "versions": versions,
+        "code": code(),
+    }
     with asked_to_stop("trial") as asked, watching(3 * len(trials), "trials") as tell:
         watch = Watch(tell=_Counted(tell, len(trials)), stop=asked)
         done, left, ledger = prove(trials, request.out, jobs=jobs, watch=watch, asked=asked_for)
         stopped = asked()
     proof = Proof(
-        seed=seed,
-        command=command,
+        **asked_for,
         trials=done,
         not_made=left,
-        versions=versions,
         head=ledger.head,
         seconds=time.perf_counter() - start,
     )
@@ -181,17 +186,35 @@ def _check(out: Path) -> int:
             f"--check: no proof in {click.format_filename(out)}: {LEDGER} is missing; expected a "
             "folder that twin prove wrote: give the one that was its --out"
         ) from e
+    except OtherVersionError as e:
+        raise WrongUse(f"--check: {e}") from e
     except OSError as e:
         raise WrongUse(f"--check: no proof in {click.format_filename(out)}: {e}") from e
     except LedgerError as e:
         click.echo(f"broken   {e}", err=True)
         return 1
-    for text in found.broken:
-        click.echo(f"broken   {text}", err=True)
+    _tell_broken(found.broken)
+    click.echo(f"code     {_of_code(found)}")
     if found.broken:
         return 1
     click.echo(
-        f"holds    {found.opened} trials: every file is what the ledger says, {PROOF} says what "
-        "they say, and every verdict was written before its truth was opened"
+        f"holds    {found.opened} trials: files, {PROOF} and ledger agree, and so does its order: "
+        "sealed, judged, opened. Whoever writes them all can make them agree: that verdicts came "
+        "first is shown by a hash that was published before, or by running it yourself, with a "
+        "--seed of your own or with --again"
     )
     return 0
+
+
+def _of_code(found: Checked) -> str:
+    if found.code == (installed := code()):
+        return "what judged is what is installed"
+    return (
+        f"what judged ({found.code[:SHORT]}) is not what is installed ({installed[:SHORT]}), which "
+        "may say otherwise"
+    )
+
+
+def _tell_broken(found: Iterable[str]) -> None:
+    for text in found:
+        click.echo(f"broken   {text}", err=True)

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from proof.judge import FAILED
+from proof.judge import NO_VERDICT
 from proof.outcome import Named, Opened, Outcome, Sized
 from proof.question import Question
 from proof.truth import CONTROLS, Channel, Truth
@@ -29,7 +29,7 @@ def named_in(verdict: Mapping[str, Any]) -> tuple[Named, ...]:
 
 def outcome(truth: Truth, said: str, named: Sequence[Named]) -> Outcome:
     """Right or not; what looks alike by the recordings counts as what it was named for."""
-    if said == FAILED:
+    if said in NO_VERDICT:
         return Outcome.MISSED
     if said != "named":
         if said in truth.verdicts:

@@ -9,7 +9,7 @@ from proof.targets import Target, capacity_error, over_floor, over_noise, target
 from proof.truth import Truth
 from twin.finite import finite
 
-VERSION = 3
+VERSION = 4
 IN_JSON: Mapping[str, tuple[str, float]] = {
     "V": ("mv", 1e3),
     "K": ("k", 1.0),
@@ -37,6 +37,7 @@ def _content(proof: Proof) -> dict[str, Any]:
             {"name": n.name, "source": n.source, "reason": n.reason} for n in proof.not_made
         ],
         "versions": dict(proof.versions),
+        "code": proof.code,
         "ledger_head": proof.head,
         "seconds": proof.seconds,
     }

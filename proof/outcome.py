@@ -116,8 +116,8 @@ class Judged:
         name: of it.
         source: whose truth it is.
         truth: that was sealed.
-        verdict: "none", "named", "ambiguous", "unknown"; "failed" if the tool came to none, which
-            has no errors (NaN).
+        verdict: "none", "named", "ambiguous", "unknown"; "failed" if the tool came to none, and
+            "stopped" if it was from outside: these have no errors (NaN).
         named: what was named.
         outcome: the verdict beside the truth.
         noise_V: rms of what is chance in what was held out.
@@ -173,6 +173,7 @@ class Proof:
         trials: in their order.
         not_made: trials that are not among them.
         versions: program -> version.
+        code: hash of what sealed, judged and compared.
         head: hash of the ledger's last entry on a trial.
         seconds: of the whole run.
     """
@@ -182,5 +183,6 @@ class Proof:
     trials: tuple[Judged, ...]
     not_made: tuple[NotMade, ...]
     versions: Mapping[str, str]
+    code: str
     head: str
     seconds: float

@@ -8,7 +8,7 @@ QUESTION, SEALED, WRITTEN, TRUTH = "question", "truth.sealed", "verdict", "truth
 COMPARED = "compared.json"
 """Of one trial: baselines, channels and capacity, computed when its truth was open."""
 JUDGED = "judged.json"
-"""Beside the verdict: how long it took, and the code that gave it."""
+"""Beside the verdict: how long it took, the code that gave it, and the options it was given."""
 ASKED = "begun.json"
 """Of all: seed and command, versions and code, and whose each trial is."""
 PROOF, PAGE = "proof.json", "proof.html"

@@ -89,7 +89,7 @@ def prove(
         out: a folder that can be written.
         jobs: so many at once.
         watch: who looks on.
-        asked: seed, command and versions, for the first entry.
+        asked: seed, command, versions and code, for the first entry.
     """
     run = _Run(out, jobs, watch)
     run.begin({**(asked or {}), "sources": {t.name: t.source for t in trials}})
@@ -120,7 +120,7 @@ class _Run:
 
     def begin(self, asked: Mapping[str, Any]) -> None:
         """What is to be done, by which code."""
-        text = json.dumps({**asked, "code": code()}, indent=1) + "\n"
+        text = json.dumps(asked, indent=1) + "\n"
         write_whole(self._folder.parent / ASKED, text)
         self.ledger.append(BEGUN, "", {ASKED: sha256_of(text.encode())})
 
@@ -145,9 +145,9 @@ class _Run:
         """A verdict on each question, written."""
 
         def judged(name: str) -> tuple[Verdict, Entry]:
-            own = self._folder / name
-            verdict = judge(sealed[name].question, own / QUESTION, own / WRITTEN)
-            told = {"seconds": verdict.seconds, "code": code()}
+            own, options = self._folder / name, sealed[name].question.options()
+            verdict = judge(options, own / QUESTION, own / WRITTEN)
+            told = {"seconds": verdict.seconds, "code": code(), "options": options}
             write_whole(own / WRITTEN / JUDGED, json.dumps(told, indent=1) + "\n")
             written = {p.name: sha256_of(p.read_bytes()) for p in (own / WRITTEN).iterdir()}
             return verdict, self.ledger.append("judged", name, written)

@@ -1,9 +1,11 @@
-"""That the truth was sealed before the verdict: hashes, times, and how to check them."""
+"""In which order truths were sealed, judged and opened: hashes, times, how to check them."""
 
 from datetime import datetime
 
+from proof.judge import STOPPED
 from proof.outcome import Judged, Proof, Stamp
 from proof.page.words import plural
+from proof.tally import recorded, simulated
 from reports.quantity import fixed
 from reports.section import Cell, Column, Notice, Row, Section, Severity, Table
 
@@ -34,15 +36,18 @@ LEAD = (
     "current. About one log in five begins in flight, with the charge that is left then. The floor "
     "is the noise with what the recorded current makes of the twin, beside the one that flowed.",
     "Every entry of the ledger holds the hash of the one before it, so none can be changed or "
-    "left out later without the last hash becoming another. The first has seed, command and whose "
-    "each trial is; every verdict has the hash of the code that gave it, which has to be that of "
-    "the beginning. It tells the order, and that nothing "
-    "was exchanged later. That its clock was right, or that no other run was thrown away, it "
-    "cannot tell: for that, run the trials yourself, with a seed of your own.",
+    "left out later without the last hash becoming another. The first has seed, command, code and "
+    "whose each trial is; every verdict has the hash of the code that gave it, which has to be "
+    "that of the beginning.",
     "To check a run, twin prove --check follows the ledger from entry to entry, computes the hash "
     "of every file anew and opens every sealed truth again with its key: it has to be the one "
     "that is shown. From truths, verdicts and comparisons it makes proof.json again, which has to "
     "be the same; of this page it looks at the hash alone.",
+    "All that shows no more than that the files agree with each other and with the order. Whoever "
+    "writes all of them, verdicts first and truths to fit, can make them agree. That the verdicts "
+    "came first is shown only by a hash that was published before, or by running it yourself, with "
+    "a seed of your own, or with --again: it judges trials drawn by chance again, and makes "
+    "simulated ones again from the seed. That no other run was thrown away, nothing here shows.",
 )
 
 
@@ -54,6 +59,16 @@ def protocol(proof: Proof) -> Section:
             text="Not sealed, judged and opened in that order.", severity=Severity.DOUBT, where=n
         )
         for n in broken
+    ]
+    notices += [
+        Notice(
+            text=f"Its judge was stopped from outside after {fixed(t.seconds, 0)} s: no verdict, "
+            "counted as missed.",
+            severity=Severity.DOUBT,
+            where=t.name,
+        )
+        for t in proof.trials
+        if t.verdict == STOPPED
     ]
     if proof.trials and not broken:
         notices.append(Notice(text=_sealed_first(proof.trials)))
@@ -70,15 +85,17 @@ def protocol(proof: Proof) -> Section:
                 "proof.json",
             ),
             Row(
-                label="To check it",
-                value="twin prove --check DIR",
-                note="DIR is the folder of this page",
+                label="Code that ran",
+                value=proof.code,
+                note="hash of what sealed, judged and compared; --check says whether it is "
+                "installed",
             ),
             Row(
-                label="To run it again",
-                value=proof.command,
-                note="with another seed other effects, sizes and flights are drawn",
+                label="To check it",
+                value="twin prove --check DIR --again 3",
+                note="DIR is the folder of this page",
             ),
+            Row(label="To run it again", value=proof.command, note=_by_another_seed(proof)),
         ),
         tables=_times(proof),
         notes=(
@@ -93,15 +110,25 @@ def at(stamp: Stamp) -> datetime:
 
 
 def in_order(j: Judged) -> bool:
-    """Sealed, then judged, then opened."""
-    return at(j.sealed) < at(j.judged) < at(j.opened)
+    """Sealed, then judged, then opened, or by the clock at once."""
+    return at(j.sealed) <= at(j.judged) <= at(j.opened)
+
+
+def _by_another_seed(proof: Proof) -> str:
+    """What it changes."""
+    drawn, fixed_list = (any(map(of, proof.trials)) for of in (simulated, recorded))
+    return "; ".join((
+        *(["with another seed other effects, sizes and flights are drawn"] if drawn else []),
+        *(["the list of recorded trials is fixed, the seed orders them"] if fixed_list else []),
+    ))  # fmt: skip
 
 
 def _sealed_first(trials: tuple[Judged, ...]) -> str:
     """What the times say of all of them together."""
     last, first = max(at(t.sealed) for t in trials), min(at(t.judged) for t in trials)
-    each = f"Of {plural(len(trials), 'trial')} each was sealed, judged and opened in that order"
-    if last < first:
+    count = plural(len(trials), "trial")
+    each = f"By the ledger each of {count} was sealed, judged and opened in that order"
+    if last <= first:
         return f"{each}; the last truth was sealed before the first verdict was written."
     return f"{each}; some truths were sealed after verdicts on other trials were written."
 

@@ -180,6 +180,7 @@ def proof(trials: list[Judged] | None = None) -> Proof:
         not_made=(NotMade(name="trial-17", source="PyBaMM",
                           reason="leakage: no size from 0.005 to 8 gives 80 mV on hover"),),
         versions={"drone-battery-health": "0.1.0", "PyBaMM": "26.1.0", "CasADi": "3.7.2"},
+        code=sha256(b"code").hexdigest(),
         head=sha256(b"head").hexdigest(),
         seconds=4711.0,
     )  # fmt: skip

@@ -2,7 +2,7 @@
 
 import json
 import shutil
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from pathlib import Path
 
 import pytest
@@ -10,12 +10,22 @@ import pytest
 pytest.importorskip("cryptography", reason="truths are sealed with `cryptography`")
 
 from proof import run as protocol
-from proof.check import check
+from proof.check import OtherVersionError, check
 from proof.judge import SAID, VERDICT, Verdict
-from proof.ledger import FIRST, LEFT, SHOWN, Entry, LedgerError, read_ledger, sha256_of
+from proof.ledger import (
+    BEGUN,
+    FIRST,
+    LEFT,
+    SHOWN,
+    Entry,
+    Ledger,
+    LedgerError,
+    read_ledger,
+    sha256_of,
+)
 from proof.outcome import Proof
+from proof.places import ASKED as ASKED_FILE
 from proof.places import LEDGER, PAGE, PROOF, QUESTION, SEALED, TRIALS, TRUTH, WRITTEN
-from proof.question import Question
 from proof.run import prove
 from proof.shown import show
 from proof.trial import Trial
@@ -25,8 +35,8 @@ from tests.proof.test_protocol import ASKED, says_resistance, watch
 ONE = f"{TRIALS}/trial-001"
 
 
-def says_it_on_a_page_too(question: Question, files: Path, out: Path) -> Verdict:
-    verdict = says_resistance(question, files, out)
+def says_it_on_a_page_too(options: Sequence[str], files: Path, out: Path) -> Verdict:
+    verdict = says_resistance(options, files, out)
     (out / SAID).write_text("<p>A resistance was left out.</p>")
     return verdict
 
@@ -73,8 +83,11 @@ def test_what_was_shown_holds(shown: Path) -> None:
 
 
 def test_of_an_earlier_version_it_is_said_what_can_check_it(copy: Path) -> None:
+    """And nothing else: what it did otherwise is no forgery."""
     forged(copy, lambda proof: proof.update(schema_version=1))
-    assert check(copy).broken == (f"{PROOF} is of version 1: check it with what made it",)
+    (copy / LEDGER).write_text("written otherwise")
+    with pytest.raises(OtherVersionError, match=r"version 1, .* with the program that made it"):
+        check(copy)
 
 
 @pytest.mark.parametrize(
@@ -133,6 +146,10 @@ def not_made(proof: dict[str, object]) -> None:
     proof["not_made"] = []
 
 
+def code(proof: dict[str, object]) -> None:
+    proof["code"] = "0" * 64
+
+
 def seed(proof: dict[str, object]) -> None:
     proof["seed"] = 8
 
@@ -157,6 +174,7 @@ def seconds(proof: dict[str, object]) -> None:
         channel,
         capacity,
         not_made,
+        code,
         seed,
         source,
         seconds,
@@ -171,7 +189,7 @@ def test_a_proof_that_says_what_its_trials_do_not_is_found_though_its_hash_is_ch
 
 def test_verdicts_of_two_engines_are_told(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Whoever changes the code while trials are judged has no verdicts of one tool."""
-    code = iter(["a", "a", "b"])  # begun, and two verdicts
+    code = iter([ASKED["code"], "b"])
     monkeypatch.setattr(protocol, "code", lambda: next(code))
     monkeypatch.setattr(protocol, "judge", says_it_on_a_page_too)
     every = [trials.trial(f"trial-00{k}", 0.0) for k in (1, 2)]
@@ -207,6 +225,12 @@ def test_a_ledger_that_was_cut_is_found_whatever_else_is_gone(copy: Path, left: 
 def test_a_proof_that_is_none_is_found(copy: Path, text: str) -> None:
     (copy / PROOF).write_text(text)
     assert any(t.startswith(f"{PROOF} is not made") for t in check(copy).broken)
+
+
+def test_a_first_entry_without_the_hash_of_what_was_asked_for_is_found(copy: Path) -> None:
+    ledger = Ledger(copy / LEDGER)
+    ledger.append(BEGUN, "", {})
+    assert f"{LEDGER}: its first entry, of {ASKED_FILE}, has no hash of it" in check(copy).broken
 
 
 def test_damaged_files_are_broken_and_no_fault_of_ours(copy: Path) -> None:

@@ -1,10 +1,10 @@
 """Sealed, judged, opened: in that order, and whoever changes anything is found out."""
 
 import json
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from concurrent.futures import Future, ThreadPoolExecutor
 from concurrent.futures.process import BrokenProcessPool
-from dataclasses import replace
+from datetime import datetime
 from functools import partial
 from itertools import product
 from pathlib import Path
@@ -17,19 +17,22 @@ pytest.importorskip("cryptography", reason="truths are sealed with `cryptography
 
 from proof import run as protocol
 from proof.check import check
-from proof.judge import FAILED, VERDICT, Verdict, judge
-from proof.ledger import EVENTS, Ledger, LedgerError, read_ledger
+from proof.judge import FAILED, VERDICT, Verdict
+from proof.ledger import BEGUN, EVENTS, Ledger, LedgerError, read_ledger
 from proof.outcome import Judged, NotMade, Outcome, Proof
+from proof.page.protocol import protocol as protocol_of
 from proof.places import LEDGER, PAGE, PROOF, QUESTION, SEALED, TRUTH, WRITTEN
-from proof.question import Question
-from proof.run import Watch, prove
+from proof.run import Watch, code, prove
 from proof.seal import seal, truth_of, truth_text, unseal
 from proof.shown import show
 from proof.trial import Trial
 from tests.proof import trials
+from tests.proof.proof_example import proof, recorded, simulated
 
 Results = tuple[tuple[Judged, ...], tuple[NotMade, ...], Ledger]
-ASKED: Mapping[str, Any] = {"seed": 7, "command": "twin prove", "versions": {"twin": "0"}}
+ASKED: Mapping[str, Any] = {
+    "seed": 7, "command": "twin prove", "versions": {"twin": "0"}, "code": code(),
+}  # fmt: skip
 NAMED: Mapping[str, Any] = {
     "verdict": "named",
     "effects": [
@@ -52,9 +55,9 @@ def watch() -> Watch:
     return Watch(tell=lambda *_: None, stop=lambda: False)
 
 
-def says_resistance(question: Question, files: Path, out: Path) -> Verdict:
+def says_resistance(options: Sequence[str], files: Path, out: Path) -> Verdict:
     """In place of the judge: what it is given is looked at, what it writes is known."""
-    assert question.floor_V is None
+    assert "--floor-mv" not in options
     assert sorted(p.name for p in files.iterdir()) == ["flight-1.csv", "held-out.csv", "pack.toml"]
     trial = files.parent
     assert sorted(p.name for p in trial.iterdir()) == [QUESTION, SEALED]
@@ -63,6 +66,14 @@ def says_resistance(question: Question, files: Path, out: Path) -> Verdict:
     out.mkdir()
     (out / VERDICT).write_text(json.dumps(NAMED))
     return Verdict(content=NAMED, seconds=0.1)
+
+
+def entered(folder: Path, *events: tuple[str, str]) -> str:
+    """A ledger of them, after the first entry."""
+    ledger = Ledger(folder / LEDGER)
+    for event, trial in ((BEGUN, ""), *events):
+        ledger.append(event, trial, {"file": "0" * 64})
+    return (folder / LEDGER).read_text()
 
 
 @pytest.fixture(scope="module")
@@ -107,32 +118,6 @@ def test_outcomes_numbers_and_channels_of_what_was_opened(proven: tuple[Path, Re
     ]
 
 
-def test_the_judge_itself_names_it(tmp_path: Path) -> None:
-    question = trials.asked(trials.OHM, seconds=50.0)
-    files = tmp_path / QUESTION
-    files.mkdir()
-    question.write(files)
-    verdict = judge(question, files, tmp_path / WRITTEN)
-    ids = [(e["id"], *e["equivalent"]) for e in verdict.content["effects"]]
-    assert verdict.content["verdict"] == "named"
-    assert len(ids) == 1
-    assert "series_resistance" in ids[0]
-
-
-def test_a_question_that_cannot_be_judged_says_why(tmp_path: Path) -> None:
-    question = trials.asked(0.0)
-    short = [
-        replace(r, time_s=r.time_s[:20], current_A=r.current_A[:20], voltage_V=r.voltage_V[:20])
-        for r in (*question.fitted, *question.held_out)
-    ]
-    question = replace(question, fitted=(short[0],), held_out=(short[1],))
-    question.write(tmp_path)
-    verdict = judge(question, tmp_path, tmp_path / "out").content
-    assert verdict["verdict"] == FAILED
-    assert "20 samples" in verdict["remarks"][0]
-    assert json.loads((tmp_path / "out" / VERDICT).read_text()) == verdict
-
-
 def test_a_judge_that_fails_is_counted_and_shown(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -163,13 +148,10 @@ def test_what_is_sealed_opens_by_its_key_alone() -> None:
 
 
 def test_a_ledger_with_a_line_changed_put_in_or_taken_out_is_broken(tmp_path: Path) -> None:
-    ledger = Ledger(tmp_path / LEDGER)
-    for event in EVENTS:
-        ledger.append(event, "trial-001", {"file": "0" * 64})
-    lines = (tmp_path / LEDGER).read_text().splitlines()
-    assert len(read_ledger("\n".join(lines))) == len(EVENTS)
+    lines = entered(tmp_path, *((event, "trial-001") for event in EVENTS)).splitlines()
+    assert len(read_ledger("\n".join(lines))) == 1 + len(EVENTS)
     for bad in (
-        [lines[0].replace("trial-001", "trial-002"), *lines[1:]],
+        [lines[0], lines[1].replace("trial-001", "trial-002"), *lines[2:]],
         [lines[0], lines[0], *lines[1:]],
         [lines[0], lines[2]],
         ["{}", *lines],
@@ -180,11 +162,52 @@ def test_a_ledger_with_a_line_changed_put_in_or_taken_out_is_broken(tmp_path: Pa
 
 
 def test_a_truth_that_is_opened_before_its_verdict_is_refused(tmp_path: Path) -> None:
-    ledger = Ledger(tmp_path / LEDGER)
-    for event in ("sealed", "opened", "judged"):
-        ledger.append(event, "trial-001", {"file": "0" * 64})
+    events = ("sealed", "opened", "judged")
     with pytest.raises(LedgerError, match="expected sealed, judged, opened"):
+        read_ledger(entered(tmp_path, *((event, "trial-001") for event in events)))
+
+
+@pytest.mark.parametrize("first", ["opened", "judged"])
+def test_a_trial_that_is_sealed_when_another_was_judged_or_opened_is_refused(
+    tmp_path: Path, first: str
+) -> None:
+    """Whoever makes trial after trial may write each truth to fit."""
+    before = EVENTS.index(first)
+    events = (
+        *((event, trial) for event in EVENTS[:before] for trial in "ab"),
+        *((event, "a") for event in EVENTS[before:]),
+        *((event, "b") for event in EVENTS[before:]),
+    )
+    with pytest.raises(LedgerError, match=f"b is {first} when a was compared"):
+        read_ledger(entered(tmp_path, *events))
+
+
+def test_a_ledger_that_does_not_begin_with_what_was_asked_for_is_refused(tmp_path: Path) -> None:
+    ledger = Ledger(tmp_path / LEDGER)
+    for event in EVENTS:
+        ledger.append(event, "trial-001", {})
+    with pytest.raises(LedgerError, match="entry 0: sealed: expected begun"):
         read_ledger((tmp_path / LEDGER).read_text())
+
+
+def test_times_that_go_back_are_refused_and_a_clock_that_is_set_back_stands_still(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    class Clock(datetime):
+        seconds = iter([5, 5, 4, 6])
+
+        @classmethod
+        def now(cls, tz: Any = None) -> "Clock":
+            return cls(2026, 1, 1, 0, 0, next(cls.seconds), tzinfo=tz)
+
+    monkeypatch.setattr("proof.ledger.datetime", Clock)
+    text = entered(tmp_path, *((event, "trial-001") for event in EVENTS[:3]))
+    assert [e.at.second for e in read_ledger(text)] == [5, 5, 5, 6]
+    for bad, said in (("2025-12-31T00:00:00+00:00", "but the one before it"), ("noon", "no time")):
+        *lines, last = text.splitlines()
+        last = json.dumps(json.loads(last) | {"utc": bad}, sort_keys=True)
+        with pytest.raises(LedgerError, match=f"entry 3: .*{said}"):
+            read_ledger("\n".join((*lines, last)))
 
 
 @pytest.mark.parametrize(("jobs", "at_work"), [(1, 1), (2, 2)])
@@ -292,8 +315,8 @@ def test_a_comparison_that_fails_takes_no_verdict_away(
 
 
 def test_a_damaged_truth_costs_no_other(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    def damages(question: Question, files: Path, out: Path) -> Verdict:
-        said = says_resistance(question, files, out)
+    def damages(options: Sequence[str], files: Path, out: Path) -> Verdict:
+        said = says_resistance(options, files, out)
         if files.parent.name == "trial-001":
             (files.parent / SEALED).write_bytes(b"no token")
         return said
@@ -314,3 +337,21 @@ def test_what_is_no_truth_is_told(text: str) -> None:
     key = Fernet.generate_key()
     with pytest.raises(ValueError, match="no truth of this version"):
         unseal(Fernet(key).encrypt(text.encode()), key.decode())
+
+
+@pytest.mark.parametrize(
+    ("of", "drawn", "fixed_list"),
+    [(simulated(), True, False), (recorded(), False, True), (simulated() + recorded(), True, True)],
+)
+def test_another_seed_is_said_to_draw_what_it_draws(
+    of: list[Judged], *, drawn: bool, fixed_list: bool
+) -> None:
+    (note,) = (r.note for r in protocol_of(proof(of)).rows if r.label == "To run it again")
+    assert ("other effects, sizes and flights are drawn" in note) == drawn
+    assert ("the list of recorded trials is fixed" in note) == fixed_list
+
+
+def test_the_page_says_which_code_ran_and_what_files_that_agree_do_not_show() -> None:
+    page = protocol_of(proof())
+    assert proof().code in [row.value for row in page.rows]
+    assert "came first is shown only by a hash that was published before" in " ".join(page.lead)
