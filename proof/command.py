@@ -13,7 +13,6 @@ from pathlib import Path
 from typing import Any
 
 import click
-import numpy as np
 
 from analyze.checks import WrongUse, writable
 from analyze.interrupt import asked_to_stop
@@ -24,11 +23,12 @@ from proof.check import Checked, OtherVersionError, check
 from proof.ledger import LedgerError
 from proof.outcome import Outcome, Proof
 from proof.places import LEDGER, PAGE, PROOF, in_the_way
+from proof.repeated import NEAR, can_make, drawn, repeated
 from proof.run import Watch, code, prove
 from proof.shown import show
 from proof.simulated.draw import trials as simulated
 from proof.targets import over_noise
-from proof.trial import Trial
+from proof.trial import Trial, order
 from reports.quantity import fixed
 
 NEEDED = ("pybamm", "cryptography")
@@ -49,13 +49,16 @@ class Request:
     recordings: Path | None
     jobs: int | None
     check: Path | None
+    again: int | None = None
     anew: bool = False
 
 
 def run(request: Request) -> int:
     """Make, judge, open, write and tell; the exit code."""
     if request.check is not None:
-        return _check(request.check)
+        return _check(request.check, request.again)
+    if request.again is not None:
+        raise WrongUse("--again: which proof is not said: give --check DIR with it")
     if missing := [name for name in NEEDED if find_spec(name) is None]:
         raise WrongUse(
             f"{' and '.join(missing)} not installed: the truths of twin prove are made by another "
@@ -130,10 +133,9 @@ def _trials(request: Request, seed: int) -> tuple[Trial, ...]:
         if not request.anew:
             put_into(cells)
         every += recorded(request.recordings.resolve(), cells)
-    order = np.random.default_rng([seed, 1]).permutation(len(every))
     return tuple(
-        replace(every[int(k)], name=f"trial-{number:03d}")
-        for number, k in enumerate(order, start=1)
+        replace(every[place], name=f"trial-{number:03d}")
+        for number, place in enumerate(order(seed, len(every)), start=1)
     )
 
 
@@ -174,7 +176,7 @@ def _tell(proof: Proof) -> None:
     click.echo(f"right    {right} of {len(proof.trials)}, {len(proof.not_made)} not made")
 
 
-def _check(out: Path) -> int:
+def _check(out: Path, again: int | None) -> int:
     if find_spec("cryptography") is None:
         raise WrongUse(
             "--check: cryptography not installed: what was sealed cannot be opened again"
@@ -203,7 +205,7 @@ def _check(out: Path) -> int:
         "first is shown by a hash that was published before, or by running it yourself, with a "
         "--seed of your own or with --again"
     )
-    return 0
+    return 0 if again is None else _repeat(out, again)
 
 
 def _of_code(found: Checked) -> str:
@@ -213,6 +215,23 @@ def _of_code(found: Checked) -> str:
         f"what judged ({found.code[:SHORT]}) is not what is installed ({installed[:SHORT]}), which "
         "may say otherwise"
     )
+
+
+def _repeat(out: Path, count: int) -> int:
+    """Tell what comes out again, trial by trial."""
+    if not can_make():
+        click.echo("again    no truth is made again: pybamm not installed: pip install '.[proof]'")
+    broken, names = 0, drawn(out, count)
+    with asked_to_stop("trial") as asked:
+        for name in names:
+            click.echo(f"again    {name}")
+            found = tuple(repeated(out, name))
+            _tell_broken(found)
+            broken += bool(found)
+            if asked():
+                return 130
+    click.echo(f"again    {len(names) - broken} of {len(names)} trials as written ({NEAR})")
+    return 1 if broken else 0
 
 
 def _tell_broken(found: Iterable[str]) -> None:

@@ -3,6 +3,8 @@
 from collections.abc import Callable
 from dataclasses import dataclass
 
+import numpy as np
+
 from proof.question import Question
 from proof.truth import Truth
 
@@ -24,3 +26,8 @@ class Trial:
     name: str
     source: str
     make: Callable[[], tuple[Question, Truth]]
+
+
+def order(seed: int, count: int) -> list[int]:
+    """Place in its list of each trial of a proof: drawn, so that their names tell nothing."""
+    return [int(place) for place in np.random.default_rng([seed, 1]).permutation(count)]

@@ -314,8 +314,16 @@ def explain(**options: object) -> None:
     "--check",
     type=click.Path(exists=True, file_okay=False, path_type=Path),
     metavar="DIR",
-    help="Do nothing but check a proof: every file against the ledger, what proof.json says "
-    "against verdicts and truths, and that each verdict came before its truth was opened.",
+    help="Do nothing but check a proof: every file against the ledger and its order, and what "
+    "proof.json says against verdicts and truths. That they agree, not that they are genuine.",
+)
+@click.option(
+    "--again",
+    type=click.IntRange(min=1),
+    metavar="N",
+    help="With --check: judge N of its trials again, drawn by chance, and make simulated ones "
+    "again from the seed; what comes out otherwise is broken. A verdict takes half a minute to "
+    "some minutes, making a trial as long again.",
 )
 def prove(**options: object) -> None:
     """Put effects into data, conceal them, ask `twin explain`, and open the truth afterwards.

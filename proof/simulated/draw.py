@@ -13,6 +13,7 @@ from proof.simulated.flights import PLANS
 from proof.simulated.instruments import USUAL, Instruments
 from proof.trial import Trial
 
+PYBAMM = "PyBaMM"  # whose the truths are
 SHARES = {"control": 1 / 6, "foreign": 1 / 10, "pair": 1 / 10}  # the others have one effect
 BARELY = 0.15  # of single effects: between once and three times the noise
 STRENGTHS = (1.0, 3.5, 12.0)  # times the noise: borders of what is barely there and what is not
@@ -105,7 +106,7 @@ def trials(seed: int, count: int, solves: Path) -> tuple[Trial, ...]:
     from proof.simulated.make import make  # late: it needs PyBaMM
 
     return tuple(
-        Trial(name=f"trial-{k:03d}", source="PyBaMM", make=partial(make, one, solves))
+        Trial(name=f"trial-{k:03d}", source=PYBAMM, make=partial(make, one, solves))
         for k, one in enumerate(draw(seed, count), start=1)
     )
 
