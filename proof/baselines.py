@@ -47,11 +47,12 @@ def baselines(question: Question, verdict: Mapping[str, Any]) -> Iterator[Baseli
         return
     data = split(*recordings(question), slow_V=question.floor_V)
     named = [e["id"] for e in verdict["effects"]]
+    alike = [i for e in verdict["effects"] for i in e["equivalent"]]
     own = [h for h in HYPOTHESES if h.id in named]
     data = _as_judged(data, own, stated=question.floor_V is not None)
     yield _fitted(data, "refit", _known(BASE), "all numbers of the base twin at once", near(data))
     yield _corrected(data)
-    if chosen := by_chance(named, _seed(question), question.pack):
+    if chosen := by_chance(named, _seed(question), question.pack, alike):
         what = " + ".join(h.id for h in chosen)
         yield _fitted(data, "random", chosen, what)
 
@@ -83,20 +84,23 @@ def _as_judged(data: Data, named: Sequence[Hypothesis], *, stated: bool) -> Data
     return again(finer, [best]) if finer else data
 
 
-def by_chance(named: Sequence[str], seed: int, pack: Pack) -> tuple[Hypothesis, ...]:
+def by_chance(
+    named: Sequence[str], seed: int, pack: Pack, alike: Sequence[str] = ()
+) -> tuple[Hypothesis, ...]:
     """For each effect that was named another with as many numbers, or about as many.
 
-    None that the pack cannot have, or states within errors: it would be held, and no rival.
+    None that the pack cannot have, or states within errors: it would be held, and no rival. None
+    that the verdict itself calls `alike`: that is no other effect. As many as are left.
     """
     rng = np.random.default_rng(seed)
     sizes = {h.id: len(h.fitted) for h in HYPOTHESES}
-    held = {*named, *pack.standard_errors, *(() if pack.series > 1 else ("weak_cell",))}
+    held = {*named, *alike, *pack.standard_errors, *(() if pack.series > 1 else ("weak_cell",))}
     left = [h for h in HYPOTHESES if h.id not in held]
     chosen: list[Hypothesis] = []
-    for effect in named:
+    for effect in named[: len(left)]:
         nearest = min(abs(len(h.fitted) - sizes[effect]) for h in left)
-        alike = [h for h in left if abs(len(h.fitted) - sizes[effect]) == nearest]
-        chosen.append(alike[int(rng.integers(len(alike)))])
+        fits = [h for h in left if abs(len(h.fitted) - sizes[effect]) == nearest]
+        chosen.append(fits[int(rng.integers(len(fits)))])
         left.remove(chosen[-1])
     return tuple(chosen)
 

@@ -103,6 +103,14 @@ def test_no_effect_is_drawn_that_the_pack_states_within_errors() -> None:
         assert ("clock_shift" in drawn) == there
 
 
+def test_what_the_verdict_says_looks_alike_is_no_other_effect() -> None:
+    alike = [h.id for h in HYPOTHESES if len(h.fitted) == 1][:6]
+    drawn = {h.id for k in range(60) for h in by_chance(["series_resistance"], k, pack(), alike)}
+    assert drawn
+    assert not drawn & set(alike)
+    assert by_chance(["series_resistance"], 0, pack(), [h.id for h in HYPOTHESES]) == ()
+
+
 def test_a_refit_is_not_ended_by_where_it_begins() -> None:
     """Of 12 % less lithium: from the twin as it is all numbers at once leave 23 mV of 8."""
     less = replace(pack(), effects=(LithiumInventoryLoss(lost=0.12),))
@@ -117,7 +125,7 @@ def test_a_refit_is_not_ended_by_where_it_begins() -> None:
         fitted=tuple(map(made, question.fitted)),
         held_out=tuple(map(made, question.held_out)),
     )
-    verdict = {"verdict": "named", "effects": [{"id": "lithium_inventory_loss"}]}
+    verdict = {"verdict": "named", "effects": [{"id": "lithium_inventory_loss", "equivalent": []}]}
     (refit,) = (b for b in baselines(question, verdict) if b.id == "refit")
     assert refit.held_out_V < 1.25 * NOISE_V
 
@@ -136,7 +144,7 @@ def test_of_logs_that_begin_in_flight_all_are_judged_without_what_flowed_before(
         pack=flights[0].pack, ambient_K=flights[0].load.ambient_K, fitted=(given[0],),
         held_out=(given[1],),
     )  # fmt: skip
-    verdict = {"verdict": "named", "effects": [{"id": "series_resistance"}]}
+    verdict = {"verdict": "named", "effects": [{"id": "series_resistance", "equivalent": []}]}
 
     def held_out_V() -> dict[str, float]:
         return {b.id: b.held_out_V for b in baselines(question, verdict)}
@@ -163,7 +171,7 @@ def test_samples_that_stand_alone_count_for_nobody() -> None:
         fitted=tuple(map(struck, question.fitted)),
         held_out=tuple(map(struck, question.held_out)),
     )
-    verdict = {"verdict": "named", "effects": [{"id": "series_resistance"}]}
+    verdict = {"verdict": "named", "effects": [{"id": "series_resistance", "equivalent": []}]}
     refit, correction, _ = baselines(question, verdict)
     assert refit.held_out_V < 1.2 * NOISE_V
     assert correction.held_out_V < 1.5 * NOISE_V
