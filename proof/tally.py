@@ -25,7 +25,7 @@ class Share:
 
     @property
     def interval(self) -> tuple[float, float]:
-        """95 % interval of the share that the next trials would have.
+        """95 % interval of the share, if trials were independent and drawn anew.
 
         Source:
             Wilson, J. Am. Stat. Assoc. 22, 209 (1927), doi:10.1080/01621459.1927.10502953.
@@ -130,6 +130,13 @@ def by_class(trials: Iterable[Judged]) -> tuple[Tally, ...]:
     trials = tuple(trials)
     made = (tally(name, what, filter(member, trials)) for name, what, member in CLASSES)
     return tuple(t for t in made if t.right.of)
+
+
+def by_source(trials: Iterable[Judged]) -> tuple[Tally, ...]:
+    """Of every cell or pack that something was recorded of which has a name, the most first."""
+    own = [t for t in trials if real_effect(t)]
+    made = (tally(s, s, (t for t in own if t.source == s)) for s in {t.source for t in own})
+    return tuple(sorted(made, key=lambda t: (-t.right.of, t.id)))
 
 
 def kinds_not_run(trials: Iterable[Judged]) -> tuple[str, ...]:
