@@ -55,11 +55,13 @@ class Column:
         title: with its unit.
         numeric: set flush right.
         whole: never broken into lines.
+        wide: holds sentences.
     """
 
     title: str
     numeric: bool = True
     whole: bool = False
+    wide: bool = False
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
