@@ -34,6 +34,7 @@ def judged_trial(
         held_out_before_V=errors_V["holdout_before"],
         held_out_after_V=errors_V["holdout_after"],
         sized=sized(truth, verdict),
+        remarks=tuple(verdict.get("remarks", ())),
         sealed=entries["sealed"].stamp(SEALED),
         judged=entries["judged"].stamp(VERDICT),
         opened=entries["opened"].stamp(TRUTH),

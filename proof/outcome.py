@@ -132,6 +132,7 @@ class Judged:
         opened: afterwards.
         seconds: that the verdict took.
         not_compared: why there are no baselines, channels and capacity; "" where they are.
+        remarks: of the verdict, or how its judge ended.
     """
 
     name: str
@@ -152,6 +153,7 @@ class Judged:
     opened: Stamp
     seconds: float
     not_compared: str = ""
+    remarks: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

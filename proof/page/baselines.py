@@ -1,7 +1,7 @@
 """What else might have mended the voltage, judged on the same recordings."""
 
 from collections.abc import Iterable, Sequence
-from math import isfinite
+from math import inf, isfinite
 
 import numpy as np
 
@@ -9,6 +9,7 @@ from proof.baselines import BASE
 from proof.outcome import Baseline, Judged, Outcome, Proof
 from proof.page.spread import Method, spread
 from proof.page.words import plural
+from proof.tally import recorded
 from reports.mismatch.summary import mV
 from reports.quantity import MISSING, fixed, significant
 from reports.section import Cell, Column, Figure, Section, Table
@@ -25,6 +26,15 @@ HOW = {
     "correction": "a sparse regression of the residual on quantities of load and twin",
     "random": "as many other effects as were named, with about as many numbers",
 }
+CLOSE, CLOSE_SAID = 0.05, "5 %"  # of the other error: neither is the better one
+AGAINST = (
+    Column(title="baseline", numeric=False),
+    Column(title="trials"),
+    Column(title=f"worse by more than {CLOSE_SAID}"),
+    Column(title=f"within {CLOSE_SAID}"),
+    Column(title=f"better by more than {CLOSE_SAID}"),
+    Column(title="its error over ours, median"),
+)
 WON = (
     Column(title="trial", numeric=False, whole=True),
     Column(title="baseline", numeric=False),
@@ -56,10 +66,10 @@ def baselines(proof: Proof) -> Section | None:
             + ". Only trials in which something was named have baselines.",
             "Where what was left out is one of the base twin's own numbers, the refit holds the "
             "truth too, among others: it can be as good.",
-            *_said(own, better),
+            *_not_favoured(own),
         ),
         figures=(_figure(own),),
-        tables=(*_won_table(better), _table(own, ids)),
+        tables=(_against(own, ids), *_won_table(better), _table(own, ids)),
         notes=("The tick of a row is its median.",),
     )
 
@@ -109,16 +119,47 @@ def _what(own: Sequence[Judged], of: str) -> str:
     return f"{HOW.get(of, those[0].what)}; {numbers}"
 
 
-def _said(own: Sequence[Judged], better: tuple[Win, ...]) -> tuple[str, ...]:
-    """Who won how often, in words."""
-    parts = []
-    for i in present(own):
-        of = sum(any(b.id == i for b in t.baselines) for t in own)
-        wins = [(t, b) for t, b in better if b.id == i]
-        right = sum(t.outcome is Outcome.RIGHT for t, _ in wins)
-        part = f"{WORDS.get(i, i)} in {len(wins)} of {plural(of, 'trial')}"
-        parts.append(f"{part} (in {right} of them the verdict was right)" if wins else part)
-    return (f"Better on what was held out than what the tool said: {'; '.join(parts)}.",)
+def _not_favoured(own: Sequence[Judged]) -> tuple[str, ...]:
+    """In how many trials a refit is as good, in words."""
+    refitted = [(t, b) for t in own for b in t.baselines if b.id == "refit"]
+    if not refitted:
+        return ()
+    as_good = [(t, b) for t, b in refitted if _over(t, b) <= 1.0 + CLOSE]
+    real = sum(recorded(t) for t, _ in as_good)
+    holding = sum(holds_truth(t, b) for t, b in as_good)
+    return (
+        f"In {len(as_good)} of {plural(len(refitted), 'trial')} the held-out error does not "
+        f"favour what was named over a refit: the refit is within {CLOSE_SAID} or better "
+        f"({real} recorded, {len(as_good) - real} simulated). In {holding} of these it holds the "
+        "truth.",
+    )
+
+
+def _over(t: Judged, b: Baseline) -> float:
+    """Its error over that of what was named; infinite where it has none."""
+    over = b.held_out_V / t.held_out_after_V if t.held_out_after_V else inf
+    return over if isfinite(over) else inf
+
+
+def _against(own: Sequence[Judged], ids: Sequence[str]) -> Table:
+    """How often each was worse, as good and better."""
+    return Table(
+        caption="Baselines beside what the tool said, by the error on what was held out",
+        columns=AGAINST,
+        rows=tuple(
+            _compared(i, [_over(t, b) for t in own for b in t.baselines if b.id == i]) for i in ids
+        ),
+    )
+
+
+def _compared(of: str, over: Sequence[float]) -> tuple[Cell, ...]:
+    worse, better = sum(x > 1.0 + CLOSE for x in over), sum(x < 1.0 - CLOSE for x in over)
+    return (
+        Cell(text=WORDS.get(of, of)),
+        *(Cell(text=str(n)) for n in (len(over), worse, len(over) - worse - better)),
+        Cell(text=str(better), doubt=better > 0),
+        Cell(text=f"{significant(float(np.median(over)), 2)} ×"),
+    )
 
 
 def _figure(own: Sequence[Judged]) -> Figure:

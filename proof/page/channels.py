@@ -52,7 +52,8 @@ CAPACITIES = (
     Column(title="measured [Ah]"),
     Column(title="found [Ah]"),
     Column(title="off by [%]"),
-    Column(title="as fitted: off by [%]"),
+    Column(title="the last check-up instead: off by [%]"),
+    Column(title="would have done as well", numeric=False),
     Column(title="verdict was", numeric=False),
 )
 Pair = tuple[Judged, Opened]
@@ -173,9 +174,9 @@ def _capacities(asked: Sequence[Judged]) -> tuple[Table, ...]:
         return ()
     rows = tuple(_capacity(t) for t in asked)
     text = (
-        f"Capacity after the recordings (wanted: within {fixed(100 * CAPACITY, 0)} %). Whoever "
-        "takes the charge of the recording that was fitted for it is off by as much as the column "
-        "before the last says: less is what the twin adds"
+        f"Capacity after the recordings (wanted: within {fixed(100 * CAPACITY, 0)} %). In "
+        f"{sum(map(_as_well, asked))} of {len(asked)} the last check-up, which was fitted, taken "
+        "for the next one, would have done as well: there the twin adds nothing"
     )
     return (Table(caption=text, columns=CAPACITIES, rows=rows),)
 
@@ -183,8 +184,7 @@ def _capacities(asked: Sequence[Judged]) -> tuple[Table, ...]:
 def _capacity(t: Judged) -> tuple[Cell, ...]:
     off = capacity_error(t)
     text = "not found" if off is None else fixed(100 * off, 1)
-    given_Ah, true_C = (t.truth.details or {}).get(FITTED), t.truth.capacity_C
-    same = 3600 * float(given_Ah) / true_C - 1 if given_Ah and true_C else None
+    same = _last(t)
     return (
         Cell(text=t.name),
         Cell(text=t.source),
@@ -192,5 +192,18 @@ def _capacity(t: Judged) -> tuple[Cell, ...]:
         Cell(text=ampere_hours(t.capacity_C, 2)),
         Cell(text=text, doubt=off is None or not abs(off) <= CAPACITY),
         Cell(text=fixed(None if same is None else 100 * same, 1)),
+        Cell(text="yes" if _as_well(t) else "no", doubt=_as_well(t)),
         Cell(text=t.outcome.value),
     )
+
+
+def _last(t: Judged) -> float | None:
+    """By how much the charge of the recording that was fitted is off, relative."""
+    given_Ah, true_C = (t.truth.details or {}).get(FITTED), t.truth.capacity_C
+    return 3600 * float(given_Ah) / true_C - 1 if given_Ah and true_C else None
+
+
+def _as_well(t: Judged) -> bool:
+    """Whether that is no farther off than what was found."""
+    off, same = capacity_error(t), _last(t)
+    return same is not None and (off is None or abs(same) <= abs(off))

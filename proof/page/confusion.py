@@ -9,7 +9,7 @@ from matplotlib.patches import Rectangle
 
 from proof.compare import hit
 from proof.outcome import Judged, Outcome, Proof
-from proof.page.words import plural, short
+from proof.page.words import WORST_FIRST, plural, short
 from proof.tally import STRONG, control, recorded, simulated, weak
 from proof.truth import RECORDED
 from reports.mismatch.words import NAMES, name
@@ -28,7 +28,7 @@ COLOURS = {
     Outcome.MISSED: "#d9d9d9",
     Outcome.WRONG: "#f2a97a",
 }
-WORST = (Outcome.WRONG, Outcome.MISSED, Outcome.PART, Outcome.RIGHT)
+WORST = (*WORST_FIRST, Outcome.RIGHT)
 ALIKE = "≈"
 CELL_IN = 0.29
 LEAST_WIDE = 16  # cells that there is room for, so that few do not become large

@@ -1,24 +1,34 @@
 """Whatever went wrong, before anything else and in full."""
 
-from proof.outcome import Judged, Outcome, Proof
+from proof.outcome import Judged, Proof
 from proof.page.baselines import won
-from proof.page.words import plural, probabilities, times, verdict, why
+from proof.page.causes import cause
+from proof.page.told import in_data, where
+from proof.page.words import WORST_FIRST, plural, probabilities, times, verdict
 from proof.targets import over_floor
-from reports.mismatch.summary import mV
-from reports.quantity import significant
+from reports.quantity import MISSING, significant
 from reports.section import Cell, Column, Notice, Section, Severity, Table
 
-ORDER = (Outcome.WRONG, Outcome.MISSED, Outcome.PART)  # the worst first
 NOT_MADE = (
     Column(title="trial", numeric=False, whole=True),
     Column(title="whose truth", numeric=False),
     Column(title="why", numeric=False),
 )
+FAILURES = (
+    Column(title="trial", numeric=False, whole=True),
+    Column(title="outcome", numeric=False, whole=True),
+    Column(title="cell: recording", numeric=False, wide=True),
+    Column(title="in the data", numeric=False, wide=True),
+    Column(title="said", numeric=False, wide=True),
+    Column(title="strength"),
+    Column(title="why", numeric=False, wide=True),
+    Column(title="left over the floor"),
+)
 
 
 def failed(proof: Proof) -> Section:
     """Every trial that is not right, was not made or compared, and baselines that were better."""
-    own = [t for o in ORDER for t in proof.trials if t.outcome is o]
+    own = [t for o in WORST_FIRST for t in proof.trials if t.outcome is o]
     better = won(proof.trials)
     lead = [_counted(proof, own)]
     if better:
@@ -30,11 +40,8 @@ def failed(proof: Proof) -> Section:
         id="failed",
         title="What failed",
         lead=tuple(lead),
-        notices=(
-            *(Notice(text=told(t), severity=Severity.DOUBT) for t in own),
-            *_not_compared(proof),
-        ),
-        tables=_not_made(proof),
+        notices=_not_compared(proof),
+        tables=(*_failures(own), *_not_made(proof)),
     )
 
 
@@ -43,7 +50,7 @@ def _counted(proof: Proof, own: list[Judged]) -> str:
         return f"None of {plural(len(proof.trials), 'verdict')} is other than right."
     counts = [
         f"{sum(t.outcome is o for t in own)} {o.value}"
-        for o in ORDER
+        for o in WORST_FIRST
         if any(t.outcome is o for t in own)
     ]
     return (
@@ -52,17 +59,29 @@ def _counted(proof: Proof, own: list[Judged]) -> str:
     )
 
 
-def told(j: Judged) -> str:
-    """One failure: what was there, what was said, what is left."""
+def _failures(own: list[Judged]) -> tuple[Table, ...]:
+    if not own:
+        return ()
+    caption = (
+        "Not right. Left over the floor: the error on what was held out, with the best that the "
+        "tool found, over what even the true answer leaves"
+    )
+    return (Table(caption=caption, columns=FAILURES, rows=tuple(map(_failure, own))),)
+
+
+def _failure(j: Judged) -> tuple[Cell, ...]:
+    """What was there, what was said, why, and what is left."""
     likely = f" ({probabilities(j)})" if j.named else ""
-    left = f"{mV(j.held_out_after_V)} of {mV(j.held_out_before_V)} mV"
-    over, ratio = "", over_floor(j)
-    if ratio is not None:
-        over = f", {significant(ratio, 2)} × the floor of {mV(j.truth.ahead_V)} mV"
+    over = over_floor(j)
     return (
-        f"{j.name}: {j.outcome.value}. In the data ({j.truth.kind}, {j.source}, "
-        f"{times(j.truth.strength)} floor): {j.truth.said}. Said: {verdict(j)}{likely}. "
-        f"Why: {why(j)}. Left on what was held out: {left}{over}."
+        Cell(text=j.name),
+        Cell(text=j.outcome.value, doubt=True),
+        where(j),
+        Cell(text=in_data(j)),
+        Cell(text=f"{verdict(j)}{likely}"),
+        Cell(text=times(j.truth.strength)),
+        Cell(text=cause(j)),
+        Cell(text=MISSING if over is None else f"{significant(over, 2)} ×"),
     )
 
 

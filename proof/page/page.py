@@ -5,10 +5,12 @@ from proof.page.baselines import baselines
 from proof.page.channels import channels
 from proof.page.confusion import confusion
 from proof.page.failed import failed
+from proof.page.probabilities import probabilities
 from proof.page.protocol import protocol
 from proof.page.sizes import sizes
 from proof.page.summary import summary
 from proof.page.trials import trials
+from proof.tally import recorded, simulated
 from reports.page import Page
 from reports.quantity import minutes
 from reports.section import Row, Section
@@ -24,6 +26,7 @@ def proof_page(proof: Proof) -> Page:
         protocol(proof),
         trials(proof),
         confusion(proof),
+        probabilities(proof),
         baselines(proof),
         sizes(proof),
         channels(proof),
@@ -43,10 +46,18 @@ def provenance(proof: Proof) -> Section:
         id="provenance",
         title="Where this comes from",
         rows=(
-            Row(label="Seed", value=str(proof.seed), note="effects and sizes were drawn from it"),
+            Row(label="Seed", value=str(proof.seed), note=_seed(proof)),
             Row(label="Command", value=proof.command),
             Row(label="Hash of the ledger", value=proof.head),
             Row(label="Whole run", value=minutes(proof.seconds), unit="min:s"),
             *(Row(label=name, value=version) for name, version in sorted(proof.versions.items())),
         ),
     )
+
+
+def _seed(proof: Proof) -> str:
+    """What was drawn from it."""
+    drawn = "simulated effects and their sizes were drawn from it"
+    ordered = "the list of recordings is fixed: the seed only orders its trials"
+    groups = ((simulated, drawn), (recorded, ordered))
+    return "; ".join(said for member, said in groups if any(map(member, proof.trials)))

@@ -17,6 +17,7 @@ from reports.section import Cell, Column, Figure, Section, Table
 
 LARGEST = 6.0  # deviations that are drawn to scale; what is farther off lies on the edge
 EXPECTED = ((1.0, 68), (2.0, 95))  # deviations either way, percent of a normal law
+FAR = 3.0  # deviations, beyond which three of a thousand lie
 LONGEST_LABEL = 60  # letters
 ROW_IN = 0.36
 COLUMNS = (
@@ -98,6 +99,8 @@ def _held(told: Sequence[Size]) -> str:
             f"{share.count} of {share.of} within {within:.0f} ({points(share.value)} %, interval "
             f"{between(share)} %; {expected} % expected)"
         )
+    far = sum(abs(s.off or 0.0) > FAR for s in told)
+    parts.append(f"{far} of {len(told)} beyond {FAR:.0f} (0.3 % expected)")
     return f"Here: {'; '.join(parts)}."
 
 

@@ -3,20 +3,34 @@
 from collections.abc import Callable
 
 from proof.outcome import Judged, Outcome, Proof
+from proof.page.controls import controls
 from proof.page.words import between, plural, points
-from proof.tally import Share, Tally, by_class, control, kinds_not_run, real_effect, strong, tally
+from proof.tally import (
+    Share,
+    Tally,
+    by_class,
+    by_source,
+    control,
+    kinds_not_run,
+    real_effect,
+    recorded,
+    simulated,
+    strong,
+    tally,
+)
 from proof.targets import Status, Target, targets
-from reports.mismatch.words import listed
+from reports.mismatch.words import listed, sentence
 from reports.quantity import MISSING, fixed, significant
 from reports.section import Cell, Column, Notice, Row, Section, Severity, Table
 
-CLASSES = (
-    Column(title="trials", numeric=False),
+VERDICTS = (
     Column(title="run"),
     *(Column(title=o.value) for o in Outcome),
     Column(title="right [%]"),
     Column(title="95 % interval [%]"),
 )
+CLASSES = (Column(title="trials", numeric=False), *VERDICTS)
+SOURCES = (Column(title="cell or pack, owner", numeric=False, wide=True), *VERDICTS)
 TARGETS = (
     Column(title="target", numeric=False),
     Column(title="result", numeric=False),
@@ -27,41 +41,67 @@ TARGETS = (
 )
 SHOWN = {"1": ("%", 100.0, 1), "K": ("K", 1.0, 2), "V": ("mV", 1e3, 1), "": ("", 1.0, 0)}
 RATIO = ("×", 1.0, 2)
-RATIOS = (
-    "held out simulated",
-    "held out recorded",
-    "held out floor",
-)  # times, where other shares are percent
+RATIOS = ("held out simulated", "held out floor")  # times, where other shares are percent
+TRIAL = (
+    "In each trial the data hold an effect that the twin, the tool's model of the battery, lacks: "
+    "a simulation or a known fault put it in, or it is there in a recording of a real cell. The "
+    "tool is given current and voltage, and says what is missing. Only then is the truth, which "
+    "was sealed before, opened and compared."
+)
+WORDS = (
+    "Right: the tool named what is there, or what these recordings cannot tell from it, and "
+    "nothing else. Where nothing is there, or nothing that it has a name for, right is to say so. "
+    "Part: not all that is there was named. Wrong: something was named that is not there. Missed: "
+    "something is there, and nothing was named.",
+    "Floor: the error that even the true answer leaves. It is noise and, for a real cell, what its "
+    "twin errs by itself. Control: a trial in which there is nothing to be found.",
+)
+LIMITS = (
+    (recorded, "Recorded: the list of recordings is fixed and was seen while the tool was "
+     "developed, so it is no blind sample; docs/proof.md says which of them were blind when they "
+     "were first run."),
+    (simulated, "Simulated: the truth has the twin's own equations but for the effect, and noise "
+     "that is white, so it is easier than a real cell."),
+)  # fmt: skip
+"""Of the trials that there are."""
 
 
 def summary(proof: Proof) -> Section:
-    """Shares, then targets."""
+    """What a trial is, shares, then targets."""
     found = targets(proof.trials)
-    shares = by_class(proof.trials)
-    tables = [Table(caption="Targets", columns=TARGETS, rows=tuple(_target(t) for t in found))]
-    if shares:
-        rows = tuple(_class(t) for t in shares)
-        tables.insert(0, Table(caption="Verdicts beside the truth", columns=CLASSES, rows=rows))
+    run = [t for t in found if t.status is not Status.NOT_RUN]
+    tables = (
+        *_shares("Verdicts beside the truth", CLASSES, by_class(proof.trials)),
+        *((Table(caption="Targets", columns=TARGETS, rows=tuple(map(_target, run))),) * bool(run)),
+        *controls(proof),
+        *_shares("Recorded verdicts by cell, controls not counted", SOURCES,
+                 by_source(proof.trials)),
+    )  # fmt: skip
     return Section(
         id="summary",
         title="What came out",
-        lead=(headline(proof),),
+        lead=(
+            TRIAL,
+            headline(proof),
+            *(said for member, said in LIMITS if any(map(member, proof.trials))),
+            *WORDS,
+        ),
         notices=_notices(proof, found),
         rows=(
             Row(label="Trials judged", value=str(len(proof.trials))),
             Row(label="Trials not made or not judged", value=str(len(proof.not_made))),
         ),
-        tables=tuple(tables),
+        tables=tables,
         notes=(
-            "Right: what is there was named, by its own name or one that these recordings cannot "
-            "tell from it, and nothing else; or, where that is so, that nothing is there or that "
-            "it has no name. Part: not all that is there was named. Wrong: something was named "
-            "that is not there. Missed: nothing was named.",
-            "Intervals are Wilson's: where the share among further trials may lie. What is "
-            "measured of an error is the worst one; “kept by” counts those within the limit. "
-            "Held-out errors are of trials in which something was named.",
+            "Intervals are Wilson's: where the share might lie if trials were independent and "
+            "drawn anew. What is measured of an error is the worst one; “kept by” counts those "
+            "within the limit. Held-out errors are of trials in which something was named.",
         ),
     )
+
+
+def _shares(caption: str, columns: tuple[Column, ...], of: tuple[Tally, ...]) -> tuple[Table, ...]:
+    return (Table(caption=caption, columns=columns, rows=tuple(map(_class, of))),) if of else ()
 
 
 def headline(proof: Proof) -> str:
@@ -90,17 +130,19 @@ def _right(proof: Proof, member: Callable[[Judged], bool]) -> Share:
 
 
 def _notices(proof: Proof, found: tuple[Target, ...]) -> tuple[Notice, ...]:
-    missed = [t.what for t in found if t.status is Status.MISSED]
-    waiting = [t.what for t in found if t.status is Status.NOT_RUN]
+    missed = sum(t.status is Status.MISSED for t in found)
+    waiting = sum(t.status is Status.NOT_RUN for t in found)
     absent = kinds_not_run(proof.trials)
     out = []
     if missed:
-        text = f"{plural(len(missed), 'target')} of {len(found)} missed: {'; '.join(missed)}."
+        text = f"{plural(missed, 'target')} of {len(found) - waiting} missed, see below."
         out.append(Notice(text=text, severity=Severity.DOUBT))
-    if waiting:
-        out.append(Notice(text=f"Not run, so nothing is known of: {'; '.join(waiting)}."))
-    if absent and proof.trials:
-        out.append(Notice(text=f"Kinds without a trial in this run: {listed(absent)}."))
+    left_out = (
+        f"kinds without a trial in this run: {listed(absent)}" * bool(absent),
+        f"{plural(waiting, 'target')} that no trial tells of left out" * bool(waiting),
+    )
+    if proof.trials and any(left_out):
+        out.append(Notice(text=sentence("; ".join(filter(None, left_out)))))
     return tuple(out)
 
 

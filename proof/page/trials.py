@@ -3,8 +3,11 @@
 from collections.abc import Sequence
 
 from proof.outcome import Judged, Outcome, Proof
-from proof.page.words import plural, probabilities, times, verdict
-from proof.tally import control, recorded, simulated
+from proof.page.probabilities import STATED
+from proof.page.told import in_data, where
+from proof.page.words import WORST_FIRST, plural, probabilities, times, verdict
+from proof.tally import simulated
+from proof.truth import CONTROLS, KINDS, RECORDED, SIMULATED
 from reports.mismatch.summary import mV
 from reports.quantity import MISSING
 from reports.section import Cell, Column, Section, Table
@@ -12,65 +15,62 @@ from reports.section import Cell, Column, Section, Table
 COLUMNS = (
     Column(title="trial", numeric=False, whole=True),
     Column(title="outcome", numeric=False, whole=True),
-    Column(title="kind", numeric=False, whole=True),
-    Column(title="in the data", numeric=False),
+    Column(title="in the data", numeric=False, wide=True),
     Column(title="strength"),
-    Column(title="said", numeric=False),
-    Column(title="probability"),
+    Column(title="said", numeric=False, wide=True),
+    Column(title=STATED, numeric=False),
     Column(title="before [mV]"),
     Column(title="after [mV]"),
     Column(title="noise [mV]"),
     Column(title="floor [mV]"),
 )
+IN_ORDER = sorted(KINDS, key=lambda kind: (kind in RECORDED, kind in CONTROLS))
+ORDER = (*WORST_FIRST, Outcome.RIGHT)
 
 
 def trials(proof: Proof) -> Section | None:
-    """Tables by where the truth comes from; None without a trial."""
-    groups = (
-        ("Simulated by PyBaMM, something in it", [t for t in proof.trials if _effect(t)]),
-        ("Simulated by PyBaMM, nothing in it", [t for t in proof.trials if _nothing(t)]),
-        ("Recorded on real cells", [t for t in proof.trials if recorded(t)]),
-    )
-    tables = tuple(_table(caption, own) for caption, own in groups if own)
+    """A table a kind of trial; None without a trial."""
+    kinds = ((kind, [t for t in proof.trials if t.truth.kind == kind]) for kind in IN_ORDER)
+    tables = tuple(_table(kind, own) for kind, own in kinds if own)
     if not tables:
         return None
     return Section(
         id="trials",
         title="All trials",
         lead=(
-            "Floor: of a simulated trial the noise put in, that of the current as the twin "
-            "answers to it; of a recorded one the base twin's error in tests that it has not "
-            "seen, or in its own where that is more. Strength: by how much what is to be found "
-            "changes the voltage of the fitted recordings, root mean square, over the floor; of "
-            "age and transport how much the twin as configured misses. Before and after: "
-            "recorded minus simulated, root mean square, on recordings that nothing was fitted "
-            "to, by the twin as configured and with what was named. Noise: as the tool "
-            "estimates it there.",
+            "What is not right comes first in each table. Strength: by how much what is to be "
+            "found changes the voltage of the fitted recordings, over the floor; of age and "
+            "transport, how much the twin as given misses. Before and after: the error on "
+            "recordings that nothing was fitted to, by the twin as given and with what was named. "
+            "Noise: as the tool estimates it there. All are root mean squares.",
+            "The floor of a simulated trial is the noise put in, with that of the current as the "
+            "twin answers to it. Of a recorded one it is the base twin's error in tests that it "
+            "has not seen, or in its own where that is more. Whose recordings they are is said in "
+            "the table of cells above.",
         ),
         tables=tables,
     )
 
 
-def _effect(t: Judged) -> bool:
-    return simulated(t) and not control(t)
-
-
-def _nothing(t: Judged) -> bool:
-    return simulated(t) and control(t)
-
-
-def _table(caption: str, own: Sequence[Judged]) -> Table:
+def _table(kind: str, own: Sequence[Judged]) -> Table:
+    by = "Simulated by PyBaMM" if kind in SIMULATED else "Recorded on real cells"
     right = sum(t.outcome is Outcome.RIGHT for t in own)
-    text = f"{caption}: {right} right of {plural(len(own), 'trial')}"
-    return Table(caption=text, columns=COLUMNS, rows=tuple(_row(t) for t in own))
+    rows = tuple(_row(t) for t in sorted(own, key=lambda t: ORDER.index(t.outcome)))
+    text = f"{by}, {kind}: {right} right of {plural(len(own), 'trial')}"
+    return Table(caption=text, columns=COLUMNS, rows=rows)
 
 
 def _row(t: Judged) -> tuple[Cell, ...]:
-    there = t.truth.said if simulated(t) else f"{t.source}: {t.truth.said}"
+    of = where(t)
+    there = in_data(t) if simulated(t) else f"{of.text}; {in_data(t)}"
     outcome = Cell(text=t.outcome.value, doubt=t.outcome is not Outcome.RIGHT)
     texts = (
-        t.truth.kind, there, times(t.truth.strength), verdict(t),
-        probabilities(t) or MISSING, mV(t.held_out_before_V), mV(t.held_out_after_V),
-        mV(t.noise_V), mV(t.truth.floor_V),
+        times(t.truth.strength), verdict(t), probabilities(t) or MISSING,
+        mV(t.held_out_before_V), mV(t.held_out_after_V), mV(t.noise_V), mV(t.truth.floor_V),
     )  # fmt: skip
-    return (Cell(text=t.name), outcome, *(Cell(text=x) for x in texts))
+    return (
+        Cell(text=t.name),
+        outcome,
+        Cell(text=there, whole=of.whole),
+        *(Cell(text=x) for x in texts),
+    )

@@ -15,6 +15,8 @@ ABSTAINED = {
     "failed": "no verdict, the tool failed",
 }
 
+WORST_FIRST = (Outcome.WRONG, Outcome.MISSED, Outcome.PART)  # of what is not right
+FEW = 2  # names that are right for one effect, in a sentence
 LONGEST = 40  # letters of a name in a drawing
 FATE = {
     "none": "taken for noise",
@@ -68,7 +70,7 @@ def verdict(j: Judged) -> str:
 
 def probabilities(j: Judged) -> str:
     """Of what was named, in its order."""
-    return ", ".join(percent(n.probability) for n in j.named)
+    return ", ".join(percent(n.probability).replace(" ", "\N{NO-BREAK SPACE}") for n in j.named)
 
 
 def not_there(j: Judged) -> tuple[Named, ...]:
@@ -90,7 +92,7 @@ def why(j: Judged) -> str:
     lost = listed([_wanted(alike) for alike in not_named(j)])
     if j.verdict != "named":
         return _abstained(j, lost)
-    extra = listed([_one(n) for n in not_there(j)])
+    extra = listed([name(n.id) for n in not_there(j)])
     if extra and lost:
         return f"{extra} named instead of {lost}"
     if extra:
@@ -109,4 +111,7 @@ def _abstained(j: Judged, lost: str) -> str:
 
 
 def _wanted(alike: Sequence[str]) -> str:
+    """Of many that are right the first stands for all."""
+    if len(alike) > FEW:
+        return f"{name(alike[0])} or the like"
     return " or ".join(name(i) for i in alike)

@@ -33,7 +33,16 @@ from proof.page.words import LONGEST, not_named, not_there, short, why
 from proof.targets import targets
 from reports.render import render
 from reports.section import Section
-from tests.proof.proof_example import judged, named, opened, proof, recorded, simulated, truth
+from tests.proof.proof_example import (
+    NOISE_V,
+    judged,
+    named,
+    opened,
+    proof,
+    recorded,
+    simulated,
+    truth,
+)
 from tests.reports.test_calibration_page import EVIL
 from tests.reports.test_page import DRAWING, parsed
 
@@ -63,9 +72,9 @@ def there(made: Section | None) -> Section:
     ("trials", "missing"),
     [
         (None, set[str]()),
-        ([], {"trials", "confusion", "baselines", "sizes", "channels"}),
+        ([], {"trials", "confusion", "probabilities", "baselines", "sizes", "channels"}),
         (simulated(), {"channels"}),
-        ([CONTROL], {"baselines", "sizes", "channels"}),
+        ([CONTROL], {"probabilities", "baselines", "sizes", "channels"}),
         (recorded(), {"sizes"}),
     ],
     ids=["whole", "no trial", "simulated", "controls", "recorded"],
@@ -74,8 +83,8 @@ def test_what_was_not_run_has_no_section_and_the_page_is_whole(
     trials: list[Judged] | None, missing: set[str]
 ) -> None:
     of = proof(trials)
-    every = ["summary", "failed", "protocol", "trials", "confusion", "baselines", "sizes",
-             "channels", "provenance"]  # fmt: skip
+    every = ["summary", "failed", "protocol", "trials", "confusion", "probabilities",
+             "baselines", "sizes", "channels", "provenance"]  # fmt: skip
     page = whole() if trials is None else html(of)
     assert re.findall('<section id="([a-z]+)"', page) == [i for i in every if i not in missing]
     parsed(page)
@@ -99,14 +108,15 @@ def test_targets_say_by_how_much_they_are_missed() -> None:
     assert rows["right, recorded on real cells, controls not counted"].text == (
         "missed by 5.0 points; 4 of at least 12 trials"
     )
-    assert rows["concealed temperature, rms, recorded"].text == "missed by 0.60 K"
+    every = "concealed temperature, rms, recorded, of all: where none was named, the temperature "
+    assert rows[f"{every}that was told"].text == "missed by 0.60 K"
     assert (
         rows["charge of the check-up held out, relative error"].text == "missed: 1 without a figure"
     )
     met = rows["concealed voltage of the weakest cell, rms, recorded"]
     assert (met.text, met.doubt) == ("met", False)
-    nothing = summary(proof([])).tables[0].rows
-    assert {r[1].text for r in nothing} == {"not run"}
+    assert "concealed temperature, rms, simulated" not in rows  # was not run
+    assert summary(proof([])).tables == ()
 
 
 def test_a_target_that_is_missed_by_little_is_not_missed_by_nothing() -> None:
@@ -118,15 +128,17 @@ def test_every_failure_is_told_with_its_reason_and_what_is_left() -> None:
     of = proof()
     own = failed(of)
     failing = [t for t in of.trials if t.outcome is not Outcome.RIGHT]
-    assert len(own.notices) == len(failing)
+    told, not_made = own.tables
+    assert not told.folded
+    assert len(told.rows) == len(failing)
     for t in failing:
-        (text,) = (n.text for n in own.notices if n.text.startswith(f"{t.name}: "))
-        assert t.outcome.value in text
-        assert t.truth.said in text
-        assert why(t) in text
-        assert f"{1e3 * t.held_out_after_V:.1f} of {1e3 * t.held_out_before_V:.1f} mV" in text
-    assert own.notices[0].text.startswith("trial-02: wrong")
-    assert "no size from 0.005" in own.tables[0].rows[0][2].text
+        (texts,) = ([c.text for c in row] for row in told.rows if row[0].text == t.name)
+        assert t.outcome.value == texts[1]
+        assert t.truth.said == texts[3]
+        assert texts[6].startswith(why(t))
+        assert float(texts[7].split()[0]) == pytest.approx(t.held_out_after_V / NOISE_V, rel=0.05)
+    assert [c.text for c in told.rows[0][:2]] == ["trial-02", "wrong"]
+    assert "no size from 0.005" in not_made.rows[0][2].text
     assert "None of 1 verdict is other than right." in failed(proof([CONTROL])).lead[0]
 
 
@@ -197,11 +209,10 @@ def test_where_a_baseline_won_is_said() -> None:
     of = proof()
     assert [(t.name, b.id) for t, b in won(of.trials)] == [("trial-16", "correction")]
     own = there(baselines(of))
-    assert "correction without physics in 1 of 11 trials" in own.lead[-1]
-    assert own.tables[0].caption == "Where a baseline won"
+    assert own.tables[1].caption == "Where a baseline won"
     assert "A baseline predicted what was held out better" in failed(of).lead[1]
     beaten = [t for t in of.trials if t.name != "trial-16"]
-    assert there(baselines(proof(beaten))).tables[0].folded
+    assert there(baselines(proof(beaten))).tables[1].folded
 
 
 def test_many_wins_are_listed_the_clearest_first() -> None:
@@ -210,7 +221,7 @@ def test_many_wins_are_listed_the_clearest_first() -> None:
         replace(beaten, baselines=(replace(beaten.baselines[0], held_out_V=1e-4 * k),))
         for k in range(1, MOST_LISTED + 4)
     ]
-    first, rest = there(baselines(proof(trials[::-1]))).tables[:2]
+    first, rest = there(baselines(proof(trials[::-1]))).tables[1:3]
     assert (len(first.rows), len(rest.rows), rest.folded) == (MOST_LISTED, 3, True)
     assert first.rows[0][4].text == "0.1"
 
@@ -232,6 +243,10 @@ def test_hashes_are_cut_but_not_lost() -> None:
     assert of.head in words(page)
     assert of.command in words(page)
     assert "the last truth was sealed before the first verdict" in words(page)
+
+
+def test_columns_of_sentences_are_wide() -> None:
+    assert whole().count('<td class="sentences">') > len(proof().trials)
 
 
 def test_an_order_that_is_not_kept_is_told() -> None:
