@@ -46,6 +46,6 @@ def _reason(j: Judged) -> str:
     if after is not None and after > OVER_NOISE:
         return (
             f"The best that the tool found leaves {times(after)} the floor of what was held out, "
-            "so something else is there too"
+            "so it does not follow it"
         )
     return ""
