@@ -3,32 +3,20 @@
 import re
 from dataclasses import replace
 
-from proof.judge import FAILED
+from proof.judge import NO_VERDICT
 from proof.outcome import Judged
 from proof.page.words import times, why
 from proof.targets import OVER_NOISE, over_floor
 
 COMMON = re.compile(r"The twin is stated to err by|\S+\.csv: ")
 """Remarks that are no cause: of every recorded trial, and of what a file holds."""
-KILLED, NO_END = re.compile(r"exit code -(\d+)"), "no verdict after"
 
 
 def cause(j: Judged) -> str:
     """In one or two sentences; "" of a right verdict."""
-    if j.verdict == FAILED:
-        return stopped(j)
+    if j.verdict in NO_VERDICT:
+        return f"The judge came to no verdict: {j.remarks[0] if j.remarks else 'it said nothing'}"
     return ". ".join(filter(None, (why(j), _reason(j))))
-
-
-def stopped(j: Judged) -> str:
-    """How the judge ended, and after how long."""
-    said = j.remarks[0] if j.remarks else ""
-    after = f"after {j.seconds:.0f} s"
-    if signal := KILLED.match(said):
-        return f"the judge was killed {after} (signal {signal[1]}): no verdict"
-    if said.startswith(NO_END):
-        return f"the judge was stopped {after}, the longest it may take: no verdict"
-    return f"the judge failed {after}: {said or 'it said nothing'}"
 
 
 def _reason(j: Judged) -> str:

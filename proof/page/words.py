@@ -13,6 +13,7 @@ ABSTAINED = {
     "unknown": "something it has no name for",
     "ambiguous": "not settled",
     "failed": "no verdict, the tool failed",
+    "stopped": "no verdict, stopped from outside",
 }
 
 WORST_FIRST = (Outcome.WRONG, Outcome.MISSED, Outcome.PART)  # of what is not right
@@ -105,6 +106,8 @@ def why(j: Judged) -> str:
 def _abstained(j: Judged, lost: str) -> str:
     if j.verdict == "failed":
         return "the tool failed"
+    if j.verdict == "stopped":
+        return f"stopped from outside after {fixed(j.seconds, 0)} s"
     if control(j):
         return "there is nothing, and something was said to be there"
     return f"{lost or 'what is there'} {FATE.get(j.verdict, 'not named')}"
