@@ -16,7 +16,8 @@ from segment.segment import Motion
 from tests.reports import example
 from tests.reports.mismatch_example import finding
 from twin.calibrate.flight import NotFitted
-from twin.mismatch import Verdict, finding_json
+from twin.effects import SelfHeating
+from twin.mismatch import Verdict
 from twin.solution import Status
 
 SHIPPED = (resources.files("reports") / "result.schema.json").read_text(encoding="utf-8")
@@ -116,10 +117,51 @@ def test_each_motion_has_the_agreed_keys_and_a_motion_not_flown_is_null() -> Non
 def test_the_mismatch_is_that_of_the_finding_and_null_where_there_is_none() -> None:
     assert document("whole")["mismatch"] is None
     part = document("mismatch")["mismatch"]
-    assert part == json.loads(json.dumps(finding_json(finding())))
+    assert part["verdict"] == "named"
     assert {"verdict", "effects", "location", "rmse_mv", "candidates", "advice"} <= set(part)
     endless = replace(finding(), errors=replace(finding().errors, after=float("nan")))
     assert result_of(example.report(mismatch=endless)).mismatch.rmse_mv.after is None
+
+
+def test_the_numbers_of_a_mismatch_are_those_of_the_finding_in_mv() -> None:
+    part = document("mismatch")["mismatch"]
+    assert part["rmse_mv"] == pytest.approx(
+        {
+            "noise_floor": 8.0,
+            "before": 35.1,
+            "after": 8.1,
+            "holdout_before": 35.2,
+            "holdout_after": 8.2,
+        }
+    )
+    span = part["location"]["spans"][0]
+    assert (span["flight"], span["motion"], span["share"]) == ("b.ulg", "vertical", 0.55)
+    assert (span["start_s"], span["stop_s"]) == (60.0, 119.9)
+    assert span["mean_mv"] == pytest.approx(45.0)
+    assert part["location"]["drivers"] == [{"quantity": "heating_history", "explained": 0.83}]
+    errors_mv = {c["id"]: c["holdout_rmse_mv"] for c in part["candidates"]}
+    assert errors_mv == pytest.approx(
+        {
+            "self_heating": 8.2,
+            "current_gain+self_heating": 8.2,
+            "current_gain": 21.0,
+            "self_heating+leakage": 8.3,
+            "none": 35.2,
+        }
+    )
+    (term,) = document("no cause")["mismatch"]["terms"]
+    assert term["quantity"] == "current_squared"
+    assert term["size_mv"] == pytest.approx(-12.3)
+
+
+def test_the_effect_that_a_mismatch_names_is_told_with_its_physics() -> None:
+    (effect,) = document("mismatch")["mismatch"]["effects"]
+    assert (effect["id"], effect["probability"], effect["equivalent"]) == ("self_heating", 0.98, [])
+    (value,) = effect["parameters"]
+    assert value["name"] == "heat_transfer_W_m2_K"
+    assert (value["value"], value["std"]) == (12.3, pytest.approx(0.6))
+    assert effect["equation"] == SelfHeating.equation
+    assert effect["source"] == SelfHeating.source
 
 
 def test_what_could_not_be_judged_has_its_reason_among_the_warnings() -> None:

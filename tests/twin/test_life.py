@@ -74,6 +74,27 @@ def test_a_life_begins_with_a_charge_and_every_flight_begins_full(life: list[Age
         assert c.max_K > FLIGHT.ambient_K
 
 
+@pytest.mark.parametrize(
+    ("change", "charge", "time"),
+    [
+        ({"full_V": 4.1}, (0.7, 0.85), (0.7, 0.9)),
+        ({"until_rate": 0.2}, (0.98, 0.995), (0.9, 0.95)),
+        ({"charge_rate": 0.5}, (0.999, 1.001), (1.7, 2.0)),  # twice, but for the constant voltage
+    ],
+)
+def test_how_far_how_long_and_how_fast_it_is_charged_is_what_the_regime_says(
+    pack: Pack, change: dict[str, float], charge: tuple[float, float], time: tuple[float, float]
+) -> None:
+    """The first charge, from half, over that at 1C to the cut-off until C/20."""
+    half = replace(pack, initial_soc=0.5)
+    usual, own = (
+        next(age(half, Regime(load=FLIGHT, rest_s=0.0, **how))).cycle for how in ({}, change)
+    )
+    assert own.status is Status.DONE
+    assert charge[0] < own.charged_C / usual.charged_C < charge[1]
+    assert time[0] < own.time_s / usual.time_s < time[1]
+
+
 def test_a_life_is_continued_to_the_last_bit(pack: Pack, life: list[Aged]) -> None:
     again = list(islice(age(pack, Regime(load=FLIGHT), after=life[3]), 2))
     for got, expected in zip(again, life[4:], strict=True):
