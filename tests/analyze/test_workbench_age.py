@@ -7,16 +7,21 @@ import signal
 import subprocess
 import sys
 import time
+from itertools import islice
 from pathlib import Path
 
+import numpy as np
 import pyarrow.parquet as pq
 import pytest
 from click.testing import CliRunner, Result
 
 import analyze.workbench.age as command
+from analyze.pack_choice import read_pack
 from analyze.workbench.__main__ import main
+from analyze.workbench.drawn import pack_alone
 from tests.analyze.workbench_inputs import AGEING, PACK, put_load
-from twin.ageing import age
+from twin.ageing import Regime, age
+from twin.load import Load
 
 ROOT = Path(__file__).parents[2]
 SAMPLES = ROOT / "sample_logs"
@@ -203,6 +208,20 @@ def test_a_profile_is_repeated_to_the_cut_off(tmp_path: Path) -> None:
     flown = table(tmp_path)[1]
     assert float(flown["charge_ah"]) > 1.9
     assert float(flown["flown_s"]) > 300
+
+
+def test_the_options_of_the_charge_are_those_of_the_regime(tmp_path: Path) -> None:
+    more = ["--charge-rate", "0.5", "--until-rate", "0.2", "--charge-to", "4.1"]
+    result = call(tmp_path, "--cycles", "1", *more)
+    assert result.exit_code == 0, result.output
+    pack, _, _ = pack_alone(read_pack(tmp_path / "pack.toml"))
+    load = Load(time_s=np.array([0.0, 60.0]), current_A=np.full(2, 22.0))
+    regime = Regime(load=load, charge_rate=0.5, until_rate=0.2, full_V=4.1)
+    rows = table(tmp_path)
+    for row, expected in zip(rows, islice(age(pack, regime), 2), strict=True):
+        charged_Ah, time_h = expected.cycle.charged_C / 3600, expected.cycle.time_s / 3600
+        assert float(row["charged_ah"]) == pytest.approx(charged_Ah, rel=1e-3)
+        assert float(row["time_h"]) == pytest.approx(time_h, rel=1e-3)
 
 
 def test_a_life_stops_at_a_capacity(tmp_path: Path) -> None:

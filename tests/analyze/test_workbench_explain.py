@@ -253,6 +253,17 @@ def test_wrong_use_is_told_before_any_work(
     assert (tmp_path / "own.toml").read_text(encoding="utf-8") == "# mine\n"
 
 
+@pytest.mark.parametrize(("floor_mv", "said"), [("4", "verdict  named"), ("4000", "verdict  none")])
+def test_what_changes_the_voltage_by_less_than_the_floor_is_not_named(
+    tmp_path: Path, floor_mv: str, said: str
+) -> None:
+    result = call(tmp_path, put(tmp_path, "a.csv", 1), "--floor-mv", floor_mv)
+    assert result.exit_code == 0, result.output
+    assert said in result.output
+    (remark,) = (r for r in json.loads(verdict(tmp_path))["remarks"] if "stated to err" in r)
+    assert f"by {float(floor_mv):.3g} mV rms" in remark
+
+
 @pytest.mark.parametrize(
     ("arguments", "fitted", "held_out"),
     [
