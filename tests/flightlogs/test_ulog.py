@@ -17,6 +17,7 @@ from sample_logs import write_ulog as w
 from tests.flightlogs import px4_flight as px4
 
 FLOAT32 = 1e-6  # relative resolution of the fields of a ULog, with a margin
+FOREIGN_V = 12.625
 
 
 def read(content: bytes) -> FlightLog:
@@ -105,6 +106,31 @@ def test_damage_anywhere_is_an_error_of_ours_or_leaves_true_samples(
         return
     assert 0.0 <= log.recovered_fraction <= 1.0
     assert log.duration_s < 2 * px4.END_S or codes(log)
+    if log.batteries and log.batteries[0].current_A is not None:
+        assert len(untrue(log)) <= 1  # the one that the damage begins in
+
+
+def untrue(log: FlightLog) -> list[tuple[float, ...]]:
+    """Samples of current and voltage that were not written."""
+    written = {tuple(row) for row in battery_rows(read(px4.ulog()))[:, 1:].tolist()}
+    got = battery_rows(log)[:, 1:]
+    return [
+        tuple(row)
+        for row in got[np.isfinite(got).all(axis=1)].tolist()
+        if tuple(row) not in written
+    ]
+
+
+@pytest.mark.parametrize("row", range(20, 240, 20))
+def test_a_record_amid_noise_is_not_taken_though_it_is_well_formed(row: int) -> None:
+    """A piece of another log, say: it fits by itself, and nothing that follows it does."""
+    content, random, t = px4.ulog(), np.random.default_rng(row), px4.times(5.0)
+    other = px4.pack(time_s=px4.BOOT_S + t + 0.1, voltage_V=np.full(t.size, FOREIGN_V))
+    _, foreign = other.rows(0)[row]
+    at = content.index(px4.pack().rows(0)[row + 1][1])
+    log = read(content[:at] + random.bytes(300) + foreign + random.bytes(300) + content[at:])
+    assert "log_corrupt" in codes(log)
+    np.testing.assert_array_equal(battery_rows(log), battery_rows(read(content)))
 
 
 def test_what_follows_a_damaged_place_is_recovered_and_the_loss_is_counted() -> None:
