@@ -5,13 +5,18 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from analyze.assessing import damage_of, manoeuvres_of, speed_m_s
+from analyze.assessing import OTHERS, damage_of, manoeuvres_of, others_of, speed_m_s
+from analyze.pack_choice import PackChoice
 from segment.profile import PeriodicProfile, TooLittle
 from segment.segment import Basis, Motion
+from tests.analyze.calls import PACK as PACK_FILE
 from tests.reports import example
 from twin.builtin import load_cell
+from twin.calibrate.doubt import Doubt
+from twin.effects import Sei
 from twin.load import Load
 from twin.pack import Pack
+from twin.pack_file import parse_pack_file
 
 PROFILES = example.report().profiles
 PACK = Pack(cell=load_cell("lipo_2200"), series=4)
@@ -45,6 +50,19 @@ def test_a_motion_that_draws_nothing_is_left_out() -> None:
     assert isinstance(profile, PeriodicProfile)
     idle = {Motion.HOVER: replace(profile, current_A=0 * profile.current_A)}
     assert manoeuvres_of(example.recording(), example.segments(), idle) == ()
+
+
+@pytest.mark.parametrize("fitted", ["cell_doubt", "life_doubt"])
+def test_other_packs_differ_by_the_fit_that_stands_beside_the_pack_file(fitted: str) -> None:
+    none = np.zeros(0)
+    doubt = Doubt(names=(), value=none, std=none, correlations=np.eye(0))
+    file = parse_pack_file(PACK_FILE, name="pack.toml")
+    choice = PackChoice(file=file, cell="lipo_2200", sha256="", **{fitted: doubt})
+    others = others_of(PACK, choice)
+    assert (others.of_cell, others.of_life) == (fitted == "cell_doubt", fitted == "life_doubt")
+    assert all(bool(p.moved) == others.of_cell for p in others.packs)
+    constants = {next(e for e in p.effects if isinstance(e, Sei)) for p in others.packs}
+    assert len(constants) == (1 if others.of_life else OTHERS)  # that fit left nothing open
 
 
 def test_without_a_motion_the_reason_is_told() -> None:

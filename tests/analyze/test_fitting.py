@@ -20,19 +20,24 @@ from twin.mismatch import START_SOC, UNTOLD
 from twin.pack import Pack
 
 CELL, _ = cell_of("lipo_2200")
+NEVER_AT_REST = {"in_air": example.T >= 0, "resistance_ohm": None}
 
 
 class Fit:
     """Stands in for `fit_flight`, and remembers what it was told."""
 
-    def __init__(self, **changes: object) -> None:
-        self.changes = changes
+    def __init__(self, *, soc_std: float = 0.004, **changes: object) -> None:
+        self.soc_std, self.changes = soc_std, changes
         self.known: Known | None = None
 
     def __call__(self, pack: Pack, flown: Flown, known: Known) -> FlightFit:
         self.known = known
         changed = replace(pack, **({"initial_soc": 0.8} | self.changes))
-        return replace(example.flight_fit(), pack=changed, ambient_K=flown.load.ambient_K)
+        fit = example.flight_fit()
+        told = tuple(
+            replace(e, std=self.soc_std) if e.name == "initial_soc" else e for e in fit.estimates
+        )
+        return replace(fit, pack=changed, ambient_K=flown.load.ambient_K, estimates=told)
 
 
 def fitted(
@@ -59,7 +64,7 @@ def answering(soc: float, **changes: object) -> Recording:
         ({"warnings": (LogWarning("coulomb_mismatch", ""),)}, {"charge": False}),
         ({"capacity_C": None}, {"capacity": False}),
         ({"temperature_K": np.full(example.T.size, 285.0)}, {"temperature": True}),
-        ({"in_air": example.T >= 0, "resistance_ohm": None}, {"soc": False}),
+        (NEVER_AT_REST, {"soc": False}),
     ],
 )
 def test_what_is_doubtful_reaches_the_fit(
@@ -131,11 +136,14 @@ def test_a_fit_colder_than_the_barometer_ever_was_is_owned_up_to(
     assert all("at 2.0 °C, but" in w.message for w in doubts)
 
 
-def test_a_start_that_a_fit_tells_is_told(monkeypatch: pytest.MonkeyPatch) -> None:
-    before, after = fitted(monkeypatch, Fit(initial_soc=0.8), answering(0.8))
-    before = replace(before, soc_std=UNTOLD)
-    (soc,) = (e for e in example.flight_fit().estimates if e.name == "initial_soc")
+@pytest.mark.parametrize(("found", "std"), [(0.004, 0.004), (1e-5, START_SOC)])
+def test_a_start_that_nobody_told_is_known_as_well_as_the_fit_tells_it(
+    monkeypatch: pytest.MonkeyPatch, found: float, std: float
+) -> None:
+    fit = Fit(soc_std=found)
+    before, after = fitted(monkeypatch, fit, answering(0.8, **NEVER_AT_REST))
+    assert (before.soc_std, before.soc_known) == (UNTOLD, False)
+    assert fit.known is not None
+    assert not fit.known.soc
     assert after.fit is not None
-    assert after.soc_std == max(START_SOC, soc.std)
-    assert after.soc_known
-    assert not before.soc_known
+    assert (after.soc_std, after.soc_known) == (std, True)
