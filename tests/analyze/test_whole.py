@@ -11,11 +11,14 @@ import pytest
 from click.testing import CliRunner
 
 from analyze.__main__ import main
+from tests.analyze.calls import PACK
 
 SAMPLES = Path(__file__).parents[2] / "sample_logs"
 REAL = Path(__file__).parents[2] / ".." / "shared" / "flights"
 LOGS = ("light.ulg", "s500.ulg", "s500_ardupilot.bin", "s500_telemetry.tlog")
 STEMS = [name.partition(".")[0] for name in LOGS]
+MOTIONS = ("hover", "vertical", "horizontal")
+FEATURES = {"peaks", "ripple", "ramps", "duty", "temperature"}
 TIME_TAKEN = re.compile(r'("seconds":) [\d.]+|<th scope="row">Time taken</th><td>[\d.]+')
 
 
@@ -127,6 +130,34 @@ def test_workers_write_what_one_process_writes(out: Path, tmp_path: Path) -> Non
                 for folder in (out, tmp_path)
             )
             assert shared == alone
+
+
+@pytest.mark.long
+def test_a_thorough_analysis_adds_lives_counterfactuals_and_what_is_not_known(
+    tmp_path: Path,
+) -> None:
+    (tmp_path / "pack.toml").write_text(PACK, encoding="utf-8")
+    common = [str(SAMPLES / "light.ulg"), "--pack", str(tmp_path / "pack.toml"), "--out"]
+    for name, more in (("quick", []), ("thorough", ["--thorough"])):
+        run = CliRunner().invoke(main, [*common, str(tmp_path / name), *more])
+        assert run.exit_code == 0, run.output
+    quick, thorough = (result(tmp_path / name, "light") for name in ("quick", "thorough"))
+    assert quick["assessment"]["life"] is None
+    life = thorough["assessment"]["life"]
+    assert life["as_flown"]["flights"] > 0
+    # what is not known of ageing: a factor of hundreds
+    assert life["as_flown"]["upper_95"] > 10 * life["as_flown"]["lower_95"] > 0
+    assert (life["cell_uncertain"], life["ageing"]) == (False, "assumed")
+    assert set(life["motions"]) == set(MOTIONS)
+    for name in MOTIONS:
+        before, after = (r["motions"][name] for r in (quick, thorough))
+        assert before["damage"]["counterfactuals"] is None
+        assert set(after["damage"]["counterfactuals"]) == FEATURES
+    quick_std, thorough_std = (
+        r["motions"]["hover"]["relative_to_constant_current"]["per_flight"]["lithium"]["std"]
+        for r in (quick, thorough)
+    )
+    assert thorough_std > quick_std > 0  # the other motions have one segment each, and no spread
 
 
 @pytest.mark.long

@@ -30,8 +30,13 @@ STEP_SHARE = 0.08  # of the first capacity, lost in a step: right to 1 % of flig
 MOST_STEPS = 60
 LONGEST = 8.0  # a step, over all flights before it: films slow down as they grow
 FEWEST = 4  # flights a step
+ASTRAY = 2.0  # times what a step was to lose: where a life ends steeply, shorter ones follow it
 FILMS = ("film", "crack_film")
 """Of the state: what grows with the root of time, so that its square goes on straight."""
+AGES = (
+    *FILMS, "plated", "dead", "crack_m", "porosity", "left_n", "trapped_n", "left_p", "trapped_p",
+)  # fmt: skip
+"""What goes on over many flights; the rest settles, some of it slower than in a cycle."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -96,7 +101,7 @@ class _Life:
             while capacity[-1] > self._share * whole_C and len(flights) < MOST_STEPS:
                 aged, count, fade_C = self._step(aged, flights[-1], STEP_SHARE * whole_C)
                 flights.append(flights[-1] + count)
-                capacity.append(self._examiner.examine(aged.state, 0.0).capacity_C)
+                capacity.append(aged.cycle.health.capacity_C)
                 fades_C.append(fade_C)
         except _Unfinished as e:
             ended = str(e)
@@ -108,17 +113,31 @@ class _Life:
         before = self._rate(aged)
         fade_C = max(-before.capacity_C, most_C / (LONGEST * behind))
         count = float(np.clip(most_C / fade_C, FEWEST, LONGEST * behind))
-        left = count - (before.aged.cycle.number - aged.cycle.number)
-        after = self._rate(self._later(before.aged, left * before.state))
-        mean = (before.state + after.state) / 2
-        return self._later(before.aged, left * mean), count, -before.capacity_C
+        passed = before.aged.cycle.number - aged.cycle.number
+        while True:
+            after = self._rate(self._later(before.aged, (count - passed) * before.state))
+            mean = (before.state + after.state) / 2
+            later = self._later(before.aged, (count - passed) * mean)
+            lost_C = aged.cycle.health.capacity_C - later.cycle.health.capacity_C
+            if lost_C <= ASTRAY * most_C or count == FEWEST:
+                return later, count, -before.capacity_C
+            count = max(count / 2, FEWEST)
 
     def _rate(self, aged: Aged) -> _Rate:
         """Of the second of two cycles: the first lets charge and gradients settle."""
         first, second = map(_completed, islice(age(self._pack, self._regime, after=aged), 2))
-        change = self._straight(second.state) - self._straight(first.state)
+        change = self._ageing(self._straight(second.state) - self._straight(first.state))
         fade_C = second.cycle.health.capacity_C - first.cycle.health.capacity_C
         return _Rate(second, change, fade_C)
+
+    def _ageing(self, change: FloatArray) -> FloatArray:
+        """The part of a change that goes on."""
+        out = np.zeros_like(change)
+        for kept, own in zip(self._model.states(out), self._model.states(change), strict=True):
+            for name in AGES:
+                span = self._model.cell.layout.slice_of(name)
+                kept[span] = own[span]
+        return out
 
     def _straight(self, state: FloatArray) -> FloatArray:
         """The state with what grows as a root squared: it changes evenly with the flights."""
@@ -147,7 +166,8 @@ class _Life:
             means = layout.slice_of("modes_n").start
             nodes = slice(means, means + layout.electrodes[0])
             own[nodes] *= 1 - gained / now["negative"]
-        return replace(aged, state=out)
+        health = self._examiner.examine(out, 0.0)
+        return replace(aged, state=out, cycle=replace(aged.cycle, health=health))
 
 
 def _missed_C(flights: FloatArray, capacity_C: FloatArray, fades_C: FloatArray) -> float:

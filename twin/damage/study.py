@@ -141,8 +141,9 @@ def _widened(m: Assessed, own: Assessment, beside: Sequence[Assessment]) -> Asse
             for measure, ratio in getattr(m, kind)[part].items():
                 first = of(own.motions[name], part, measure)
                 away = np.array([of(a, part, measure) for a in there]) / first - 1
-                square = float(np.mean(away**2))
-                error = Error(std=abs(ratio.value) * square**0.5, freedom=len(there))
+                away = away[np.isfinite(away)]  # of next to nothing a ratio says nothing
+                square = float(np.sum(away**2)) / away.size if away.size else float("nan")
+                error = Error(std=abs(ratio.value) * square**0.5, freedom=max(away.size, 1))
                 out[part][measure] = replace(ratio, error=together(ratio.error, error))
         return out
 

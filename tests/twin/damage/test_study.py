@@ -38,6 +38,7 @@ from twin.damage.loss import Ledger
 from twin.damage.orders import orders
 from twin.damage.study import widened
 from twin.effects import (
+    AGEING,
     ActiveMaterialLoss,
     AnyEffect,
     ClockShift,
@@ -275,11 +276,14 @@ def quicker(effect: AnyEffect) -> AnyEffect:
 
 
 def test_ratios_are_as_uncertain_as_other_packs_make_them(pack: Pack) -> None:
+    """Those that lose something: one of them loses nothing, of which there is no ratio."""
     motion = manoeuvre("vertical")
     found = assess(pack, [motion], Protocol(cycles=1))
     fast = replace(found.pack, effects=tuple(quicker(e) for e in found.pack.effects))
     other = assess(fast, [replace(motion, pieces=())], Protocol(cycles=1)).motions["vertical"]
-    wide = widened(found, [found.pack, fast]).motions["vertical"]
+    effects = (replace(e, strength=0.0) if isinstance(e, AGEING) else e for e in fast.effects)
+    still = replace(fast, effects=tuple(effects))
+    wide = widened(found, [found.pack, fast, still]).motions["vertical"]
     for measure in ("lithium", "sei", "negative"):
         own, there, told = (
             m.excess[Part.WHOLE][measure] for m in (found.motions["vertical"], other, wide)
@@ -299,6 +303,19 @@ def test_a_projected_life_is_the_life_that_is_simulated(pack: Pack) -> None:
     reached = np.interp(-0.9 * capacity[0], -capacity, np.arange(capacity.size))
     assert told.reached == pytest.approx(reached, rel=0.02)
     assert abs(told.reached - reached) < told.error
+
+
+def test_a_life_in_the_cold_is_projected_to_its_steep_end(
+    pack: Pack, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Gradients take many cycles to settle, and of 740 flights the last 50 take a tenth."""
+    cold = ageing(replace(pack, initial_K=283.0))
+    regime = Regime(load=constant(8.2, 1.0).load(1450.0, 283.0))
+    told = life(cold, regime)
+    monkeypatch.setattr("twin.damage.projection.STEP_SHARE", 0.03)
+    fine = life(cold, regime)
+    assert told.reached == pytest.approx(fine.reached, rel=0.03)
+    assert abs(told.reached - fine.reached) < told.error
 
 
 def test_a_life_that_cannot_go_on_says_why(pack: Pack) -> None:
