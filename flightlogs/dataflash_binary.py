@@ -21,6 +21,7 @@ FMT = 128
 FMT_RECORD = struct.Struct("<BB4s16s64s")
 FMT_LENGTH = 3 + FMT_RECORD.size
 INT16_ARRAY = "a"  # not needed by any channel, and no number
+PADDING = (b"\0", b"\xff")  # of the last page
 
 
 @dataclass(frozen=True, slots=True)
@@ -70,7 +71,7 @@ class _Scan:
         """Find every record that can be trusted."""
         self.lengths[FMT] = FMT_LENGTH
         data, head, lengths, end = self.data, HEAD, self.lengths, len(self.data)
-        at, chained = 0, True
+        at, lost_at, chained = 0, end, True
         while at + 3 <= end:
             length = lengths[data[at + 2]] if data[at : at + 2] == head else 0
             stop = at + length
@@ -81,10 +82,12 @@ class _Scan:
                 continue
             if chained:
                 self.damaged_places, self.truncated = self.damaged_places + 1, stop > end
+                lost_at = at
             at, chained = self._next_head(at + 1), False
         if chained and at < end:  # too few bytes to tell a type
             self.damaged_places, self.truncated = self.damaged_places + 1, data[at] == head[0]
-        self.damaged_places -= self.truncated
+            lost_at = at
+        self.damaged_places -= self.truncated or _padded(data[lost_at:])
 
     def _whole(self, at: int, stop: int) -> bool:
         """False if bytes were lost inside the record, so that the next one begins within it."""
@@ -104,6 +107,11 @@ class _Scan:
         if described != FMT and layout.length >= 3:
             self.layouts[described] = layout
             self.lengths[described] = layout.length
+
+
+def _padded(rest: bytes) -> bool:
+    """A logger filled its last page with one byte: nothing was lost."""
+    return any(rest and not rest.strip(byte) for byte in PADDING)
 
 
 def _column(values: np.ndarray[tuple[int], np.dtype[np.void]], char: str) -> FloatArray:

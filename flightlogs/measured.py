@@ -36,6 +36,7 @@ class RawBattery:
         series: cells in series if the log says so.
         capacity_C: from the parameters.
         serial: serial number or "".
+        saturated: samples of the current at the end of what the format carries, which are NaN.
     """
 
     label: str
@@ -49,6 +50,7 @@ class RawBattery:
     series: int | None = None
     capacity_C: float | None = None
     serial: str = ""
+    saturated: int = 0
 
 
 @dataclass(slots=True)
@@ -151,6 +153,13 @@ def reversed_current(time_s: FloatArray, current_A: FloatArray, voltage_V: Float
 def battery_log(raw: RawBattery, instance: int) -> tuple[BatteryLog, tuple[LogWarning, ...]]:
     """The battery, its unmeasured channels None and its times increasing, and the warnings."""
     judge = _Judge(raw.label)
+    if raw.saturated:
+        judge.warn(
+            "current_saturated",
+            f"{raw.saturated} samples stand at the most that this log can carry: they were left "
+            "out, and the current is straight between their neighbours; more may have flowed "
+            "there, and neither charge nor damage counts it",
+        )
     kept = increasing(raw.time_s)
     if dropped := int(kept.size - kept.sum()):
         judge.warn(

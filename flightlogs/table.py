@@ -11,8 +11,16 @@ from flightlogs.log import FloatArray
 
 Index = npt.NDArray[np.int64]
 Strings = tuple[str, ...]
-WHOLE = 0.999
 TRUNCATED = "ends inside a message: what came after is not known"
+
+
+def undecoded(places: int, decoded_bytes: int, total_bytes: int) -> str:
+    """Of a file with damaged places: how many, and what they cost."""
+    missing = total_bytes - decoded_bytes
+    return (
+        f"damaged places: {places}; {missing} of {total_bytes} bytes "
+        f"({missing / total_bytes:.2%}) could not be decoded"
+    )
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -76,14 +84,11 @@ class RawLog:
         return self.decoded_bytes / self.total_bytes if self.total_bytes else 0.0
 
     def warnings(self) -> tuple[LogWarning, ...]:
-        """What could not be decoded; a logger's padding of its last page is not worth a word."""
+        """What could not be decoded."""
         found = []
-        if self.damaged_places and self.recovered_fraction <= WHOLE:
-            message = (
-                f"{self.recovered_fraction:.1%} of the file could be decoded; "
-                f"{self.damaged_places} damaged stretches were skipped"
-            )
-            found.append(LogWarning("damaged", message))
+        if self.damaged_places:
+            text = undecoded(self.damaged_places, self.decoded_bytes, self.total_bytes)
+            found.append(LogWarning("damaged", text, "file"))
         if self.truncated:
             found.append(LogWarning("log_truncated", TRUNCATED, "file"))
         return tuple(found)

@@ -1,7 +1,7 @@
 """Batteries in MAVLink telemetry: BATTERY_STATUS by sender and id, else SYS_STATUS.
 
     field                unit     not measured
-    current_battery      cA       -1 (and the rails of the 16 bits)
+    current_battery      cA       -1; the rails of its 16 bits, 327.67 A, are counted
     voltages[10]         mV       65535; 0
     voltages_ext[4]      mV       0
     voltage_battery      mV       65535; 0
@@ -52,7 +52,11 @@ def _unless(values: FloatArray, sentinel: npt.NDArray[np.bool_]) -> FloatArray:
 
 
 def _current_A(centi: FloatArray) -> FloatArray:
-    return _unless(centi * CENTI, (centi == -1) | (np.abs(centi) >= INT16_MAX))
+    return _unless(centi * CENTI, (centi == -1) | _at_rail(centi))
+
+
+def _at_rail(centi: FloatArray) -> npt.NDArray[np.bool_]:
+    return np.abs(centi) >= INT16_MAX
 
 
 def _from_status(timed: Timed, parameters: Mapping[str, float]) -> RawBattery | None:
@@ -67,6 +71,7 @@ def _from_status(timed: Timed, parameters: Mapping[str, float]) -> RawBattery | 
         source="SYS_STATUS.current_battery",
         time_s=time_s,
         current_A=_current_A(table.numbers["current_battery"]),
+        saturated=int(_at_rail(table.numbers["current_battery"]).sum()),
         voltage_V=_unless(mV * MILLI, (mV == UINT16_MAX) | (mV == 0)),
         series=_series(parameters, 0),
         capacity_C=_capacity_C(parameters, 0),
@@ -102,6 +107,7 @@ def _battery(
         source=f"{label}.current_battery",
         time_s=time_s,
         current_A=_current_A(table.numbers["current_battery"]),
+        saturated=int(_at_rail(table.numbers["current_battery"]).sum()),
         voltage_V=voltage_V,
         charge_C=_unless(consumed * MAH_C, consumed == -1),
         temperature_K=_unless(centi * CENTI + CELSIUS_K, centi == INT16_MAX),

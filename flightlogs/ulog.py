@@ -15,7 +15,7 @@ from pyulog.exceptions import ULogException
 
 from flightlogs.detect import ULOG_MAGIC
 from flightlogs.errors import LogDamaged, LogWarning, NotALog
-from flightlogs.table import TRUNCATED
+from flightlogs.table import TRUNCATED, undecoded
 from flightlogs.ulog_frames import HEADER_BYTES, Frames, walk
 
 FLAGS_AT = slice(HEADER_BYTES, HEADER_BYTES + 43)
@@ -133,11 +133,9 @@ def _topics(ulog: ULog, order: npt.NDArray[np.int64]) -> tuple[Topic, ...]:
 
 
 def _warnings(frames: Frames, lost_ms: list[int]) -> tuple[LogWarning, ...]:
-    missing = frames.total_bytes - frames.decoded_bytes
-    share = f"{missing} of {frames.total_bytes} bytes ({missing / frames.total_bytes:.2%})"
+    damage = undecoded(frames.damaged_places, frames.decoded_bytes, frames.total_bytes)
     found = (
-        (frames.damaged_places, "log_corrupt", f"{frames.damaged_places} damaged places: {share} "
-         "could not be decoded"),
+        (frames.damaged_places, "log_corrupt", damage),
         (frames.truncated, "log_truncated", TRUNCATED),
         (frames.appended, "log_appended_data", f"{frames.appended} pieces were appended after the "
          "regular end, as PX4 does after a crash of the autopilot"),

@@ -96,6 +96,28 @@ def test_a_log_that_ends_inside_a_message_says_so() -> None:
         assert "log_truncated" not in codes(read(ended))
 
 
+@pytest.mark.parametrize("data", [whole(), text(flight())], ids=["binary", "text"])
+def test_places_that_are_hardly_a_part_of_the_file_are_counted_all_the_same(data: bytes) -> None:
+    spoilt, head = bytearray(data), b"BAT, " if data.startswith(b"FMT") else b"\xa3\x95"
+    for share in (0.5, 0.7):
+        spoilt[data.index(head, int(share * len(data)))] ^= 1
+    log = read(bytes(spoilt))
+    assert log.recovered_fraction > 0.999
+    lost = round((1 - log.recovered_fraction) * len(data))
+    (said,) = (w.message for w in log.warnings if w.code == "damaged")
+    assert said == (
+        f"damaged places: 2; {lost} of {len(data)} bytes ({lost / len(data):.2%}) could not be "
+        "decoded"
+    )
+
+
+@pytest.mark.parametrize("size", [1, 100])
+@pytest.mark.parametrize("byte", [b"\0", b"\xff"], ids=["0", "255"])
+def test_a_last_page_that_was_filled_is_no_damage(byte: bytes, size: int) -> None:
+    assert read(whole() + byte * size).warnings == ()
+    assert "damaged" in codes(read(whole() + b"x" + byte * size))
+
+
 @settings(max_examples=30, deadline=None)
 @given(st.integers(2_000, len(whole()) - 600), st.integers(1, 500), st.integers(0, 2**32 - 1))
 def test_what_lies_behind_a_damaged_stretch_is_recovered(at: int, size: int, seed: int) -> None:

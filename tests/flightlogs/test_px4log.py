@@ -129,6 +129,12 @@ def test_a_log_that_ends_inside_a_message_says_so() -> None:
     assert "log_truncated" not in {w.code for w in read(whole()).warnings}
 
 
+def test_a_damaged_place_is_counted() -> None:
+    at = whole().index(b"\xa3\x95", len(whole()) // 2)
+    (said,) = (w.message for w in read(whole()[:at] + b"x" + whole()[at:]).warnings)
+    assert said == f"damaged places: 1; 1 of {len(whole()) + 1} bytes (0.00%) could not be decoded"
+
+
 @settings(max_examples=40, deadline=None)
 @given(st.integers(1_000, len(whole()) - 600), st.binary(min_size=1, max_size=300))
 def test_damage_raises_nothing_but_our_errors(at: int, noise: bytes) -> None:

@@ -166,6 +166,16 @@ def test_sys_status_serves_where_battery_status_has_no_current() -> None:
         np.testing.assert_allclose(battery.voltage_V, VOLTAGE + 1, atol=COUNT_V)
 
 
+def test_a_current_beyond_what_mavlink_carries_is_counted_and_said() -> None:
+    peak = replace(PACK, current_A=np.where(np.isin(np.arange(T.size), [40, 41]), 327.67, CURRENT))
+    status = w.sys_status(T, VOLTAGE, peak.current_A)
+    for stream in (w.battery_status(peak), status):
+        log = read(encode([*without("BATTERY_STATUS", "SYS_STATUS"), stream]))
+        (said,) = (w.message for w in log.warnings if w.code == "current_saturated")
+        assert said.startswith("2 samples stand at the most that this log can carry")
+        np.testing.assert_array_equal(np.isnan(log.batteries[0].current_A), peak.current_A > 300)
+
+
 def test_a_vehicle_without_a_battery_monitor_measures_nothing() -> None:
     dead = w.sys_status(T, 0 * T, 0 * T - 0.01)
     log = read(encode([*without("BATTERY_STATUS", "SYS_STATUS"), dead]))
@@ -331,6 +341,8 @@ def test_a_packet_with_a_flipped_bit_is_left_out() -> None:
     data[int(table.offset[50]) + 20] ^= 4
     log = read(bytes(data))
     np.testing.assert_allclose(log.batteries[0].time_s, np.delete(T, 50), atol=1e-6)
+    (said,) = (w.message for w in log.warnings if w.code == "damaged")
+    assert said.startswith("damaged places: 1; ")
     assert 0.99 < log.recovered_fraction < 1
 
 
