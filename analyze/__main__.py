@@ -60,7 +60,8 @@ AnyFile = click.Path(exists=True, dir_okay=False, path_type=Path)
     "--thorough",
     is_flag=True,
     help="Judge the damage in full: also which feature of each motion drives it, and how many "
-    "flights the pack lasts.",
+    "flights the pack would last, by constants of ageing that are an example unless yours were "
+    "fitted.",
 )
 @click.option("-q", "--quiet", is_flag=True, help="Say only what failed.")
 @click.option("-v", "--verbose", is_flag=True, help="Say what happened inside, too.")

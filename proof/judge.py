@@ -22,7 +22,7 @@ from twin.whole_file import write_whole
 VERDICT, SAID = "mismatch.json", "explain.html"
 FAILED, STOPPED = "failed", "stopped"
 NO_VERDICT = (FAILED, STOPPED)  # verdicts of ours: the judge came to none, or was stopped
-LONGEST_S = 1800.0  # of seven runs of 55 to 60 trials the longest took 391 s
+LONGEST_S = 3600.0  # of three runs of 55 to 60 trials the longest took 11 min of processor time
 FROM_OUTSIDE = (-SIGHUP, -SIGINT, -SIGKILL, -SIGTERM, 128 + SIGINT)
 """Exit codes: these are sent, by a person or where memory lacks; other signals are a crash's."""
 

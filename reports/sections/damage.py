@@ -1,5 +1,7 @@
 """What each motion did to the battery."""
 
+from collections.abc import Sequence
+
 from reports.damage import FLIGHT, MAH, not_assessed
 from reports.damage_lives import life_notes, life_rows, life_tables
 from reports.damage_plots import TITLES, course_svg, normalised_svg
@@ -18,6 +20,11 @@ NOTES = (
     "current of 1C, then constant voltage, no rest), again and again; so are the constant "
     "currents. Lithium lost is what does not return: bound in SEI and SEI on cracks, plated and "
     "cut off, or trapped in lost active material.",
+    "SEI is a film on the negative electrode that binds lithium and grows with time, faster where "
+    "it is warm or has cracked (on cracks). Plating: lithium that lies on that electrode as metal "
+    "instead of going in, mostly of a charge in the cold. Active material is what stores lithium; "
+    "what breaks off stores none. Tension and pressure are what it swells and shrinks against; the "
+    "margin is how far the electrode stays from plating.",
 )
 SPREAD = (
     "± is half of the 95 % interval (Student's t): how the segments of a motion differ, each flown "
@@ -63,19 +70,27 @@ def _lead(study: Study) -> tuple[str, ...]:
     found = study.assessment.motions
     if not found:
         return ("No motion of this flight could be repeated.",)
-    costs = [MAH * own.cycled.whole.inventory_C for own in found.values()]
+    costs = [own.cycled.whole.inventory_C for own in found.values()]
+    held_C = study.assessment.pack.rated_C
     air = [
         own.cycled.in_flight.inventory_C / own.cycled.whole.inventory_C for own in found.values()
     ]
     said = ", ".join(f"{name_of(n)} {_times(_per_energy(own))}" for n, own in found.items())
-    span = fixed(min(costs), 2)
-    span += f" to {fixed(max(costs), 2)}" if fixed(max(costs), 2) != span else ""
+    by = "example constants, not this pack's" if _assumed(study) else "its pack file"
     return (
-        f"A full flight and its recharge cost this pack, taken as new, {span} mAh of lithium, "
-        f"{fixed(100 * sum(air) / len(air), 0)} % of it in the air and the rest while charging. "
+        f"A full flight and its recharge cost this pack, taken as new, about "
+        f"{_span([100 * c / held_C for c in costs])} % of its capacity (by {by}): "
+        f"{_span([MAH * c for c in costs])} of {fixed(MAH * held_C, 0)} mAh are lithium that is "
+        f"lost for good, {fixed(100 * sum(air) / len(air), 0)} % of it in the air and the rest "
+        "while charging.",
         f"For the energy it draws, beside a steady current of the same mean: {said}.",
         *_costliest(study.attribution),
     )
+
+
+def _span(values: Sequence[float]) -> str:
+    """From the least to the most, as one where they are printed alike."""
+    return " to ".join(dict.fromkeys(significant(v, 2) for v in (min(values), max(values))))
 
 
 def _costliest(flown: Attribution) -> tuple[str, ...]:
@@ -102,12 +117,15 @@ def _times(ratio: Ratio) -> str:
     return f"costs {in_words(ratio)} times as much"
 
 
+def _assumed(study: Study) -> list[str]:
+    """Effects of ageing with the constants that they come with."""
+    effects = study.assessment.pack.effects
+    return [e.id for e in effects if isinstance(e, AGEING) and e == type(e)()]
+
+
 def _notices(study: Study) -> tuple[Notice, ...]:
     out = []
-    assumed = [
-        e.id for e in study.assessment.pack.effects if isinstance(e, AGEING) and e == type(e)()
-    ]
-    if assumed:
+    if assumed := _assumed(study):
         text = (
             "The constants of ageing were not measured on this pack: they are those of O'Kane 2022 "
             f"for another cell, the LG M50 ({', '.join(i.replace('_', ' ') for i in assumed)}). "

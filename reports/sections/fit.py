@@ -73,6 +73,11 @@ NO_PROOF = (
     "and ageing are not known from one flight: for those, measure reference tests and use "
     "`twin calibrate`, and give the result with --pack."
 )
+TWO = (
+    "A charger measures resistance in a moment: compare its figure with the apparent one under "
+    "“Quality of the log”, which follows quick changes of the current and has leads and plugs in "
+    "it. After 10 s of load a pack has lost more, and that is what is told here."
+)
 NO_CHARGE = (
     "The capacity was not fitted: the charge that was drawn is not well known (see the quality of "
     "the log)."
@@ -99,7 +104,13 @@ def fit(report: FlightReport) -> Section | None:
         notices=_notices(report, found),
         rows=_errors(report, found),
         tables=(table,),
-        notes=(LIKE, AMPERES, *(() if "capacity_C" in names else (NO_CHARGE,)), NO_PROOF),
+        notes=(
+            LIKE,
+            *((TWO,) if report.recording.resistance_ohm is not None else ()),
+            AMPERES,
+            *(() if "capacity_C" in names else (NO_CHARGE,)),
+            NO_PROOF,
+        ),
     )
 
 

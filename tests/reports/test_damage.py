@@ -18,13 +18,14 @@ from reports.quantity import significant
 from reports.render import render
 from reports.results import result_of
 from reports.section import Section, Severity
-from reports.sections.damage import damage
+from reports.sections.damage import _span, damage
 from segment.profile import TooLittle
 from segment.segment import Motion
 from tests.reports import example
 from tests.reports.example import SPANS
 from twin.damage import Part
 from twin.damage.cost import total
+from twin.effects import AGEING
 from twin.solution import Status
 
 SCHEMA = json.loads((resources.files("reports") / "result.schema.json").read_text("utf-8"))
@@ -113,12 +114,40 @@ def test_a_life_without_a_number_is_a_sentence() -> None:
 
 def test_a_pilot_reads_what_a_flight_costs_and_that_the_constants_are_an_example() -> None:
     section = shown(report())
-    own = example.study(thorough=False).assessment.motions["hover"].cycled.whole.inventory_C / 3.6
-    assert f"{own:.2f} mAh of lithium" in section.lead[0]
-    assert "hover costs" in section.lead[0]
+    found = example.study(thorough=False).assessment
+    own = found.motions["hover"].cycled.whole.inventory_C / 3.6
+    held = found.pack.rated_C / 3.6
+    share = f"about {significant(100 * own / held, 2)} % of its capacity"
+    assert f"{share} (by example constants, not this pack's)" in section.lead[0]
+    assert f"{significant(own, 2)} of {held:.0f} mAh are lithium that is lost" in section.lead[0]
+    assert "hover costs" in section.lead[1]
     (notice,) = [n for n in section.notices if n.code == "ageing_assumed"]
     assert notice.severity is Severity.DOUBT
     assert "O'Kane 2022" in notice.text
+
+
+def test_constants_that_the_pack_states_are_no_example() -> None:
+    known = example.study(thorough=False)
+    pack = known.assessment.pack
+    stated = [replace(e, strength=0.5) if isinstance(e, AGEING) else e for e in pack.effects]
+    found = replace(known.assessment, pack=replace(pack, effects=tuple(stated)))
+    section = shown(example.report(damage=replace(known, assessment=found)))
+    assert "% of its capacity (by its pack file)" in section.lead[0]
+    assert not [n for n in section.notices if n.code == "ageing_assumed"]
+
+
+def test_a_span_of_costs_has_one_number_where_both_are_printed_alike() -> None:
+    assert _span([0.0432, 0.0427]) == "0.043"
+    assert _span([0.0432, 0.031]) == "0.031 to 0.043"
+
+
+def test_words_of_chemistry_are_told_once_and_the_inside_of_the_cells_is_closed() -> None:
+    section = shown(report())
+    assert any("SEI is a film on the negative electrode" in n for n in section.notes)
+    assert [t.caption.split(":")[0] for t in section.tables if t.folded] == ["Inside the cells"]
+    assert {"material, negative [10⁻⁶]", "material, positive [10⁻⁶]"} <= {
+        c.title for c in section.tables[0].columns
+    }
 
 
 def test_a_loss_that_no_cell_would_survive_is_doubted() -> None:
@@ -141,7 +170,7 @@ def test_the_costliest_stretch_is_named() -> None:
         if s.name != "ground"
     }
     start_s, stop_s = max(rates, key=rates.__getitem__)
-    assert f"from {start_s:.0f} to {stop_s:.0f} s" in shown(report()).lead[1]
+    assert f"from {start_s:.0f} to {stop_s:.0f} s" in shown(report()).lead[2]
 
 
 def test_the_drawing_has_a_star_a_motion_and_a_circle_a_baseline() -> None:

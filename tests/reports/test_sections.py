@@ -129,6 +129,15 @@ def test_every_fitted_quantity_has_its_interval_and_what_the_flight_tells_of_it(
     assert values(section)["Error of what it was not fitted to"] == "9.0 mV"
 
 
+@pytest.mark.parametrize(("ohm", "said"), [(0.02, 1), (None, 0)])
+def test_which_resistance_a_charger_shows_is_said_where_the_page_has_two(
+    ohm: float | None, said: int
+) -> None:
+    section = fit(replace(REPORTS["rich"], recording=example.recording(resistance_ohm=ohm)))
+    assert section is not None
+    assert sum("A charger measures resistance in a moment" in n for n in section.notes) == said
+
+
 def test_a_capacity_that_was_not_fitted_is_owned_up_to() -> None:
     found = example.flight_fit()
     others = tuple(e for e in found.estimates if e.name != "capacity_C")
