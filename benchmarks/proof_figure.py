@@ -63,7 +63,7 @@ def _judged(t: dict[str, Any]) -> Judged:
 def _truth(t: dict[str, Any]) -> Truth:
     return Truth(
         kind=t["kind"], said=t["said"], verdicts=(), effects=(), strength=t["strength"],
-        floor_V=_volts(t["floor_mv"]),
+        floor_V=_volts(t["floor_mv"]), noise_V=_volts(t["sample_noise_mv"]),
     )  # fmt: skip
 
 

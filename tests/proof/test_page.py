@@ -308,12 +308,13 @@ def test_the_drawing_for_the_readme(trials: list[Judged] | None) -> None:
 
 
 def test_the_drawing_is_made_again_from_what_was_written(tmp_path: Path) -> None:
-    """Of two runs as of one that has the trials of both."""
-    for name, trials in (("a", simulated()), ("b", recorded())):
+    """Of two runs as of one that has the trials of both, with noise beside the floor of one."""
+    noisy = [replace(t, truth=replace(t.truth, noise_V=0.02)) for t in recorded()]
+    for name, trials in (("a", simulated()), ("b", noisy)):
         (tmp_path / name).mkdir()
         (tmp_path / name / "proof.json").write_text(json.dumps(proof_json(proof(trials))))
     draw(tmp_path / "proof.png", [tmp_path / "a", tmp_path / "b"])
-    assert (tmp_path / "proof.png").read_bytes() == figure_png(proof())
+    assert (tmp_path / "proof.png").read_bytes() == figure_png(proof([*simulated(), *noisy]))
 
 
 def test_the_same_proof_gives_the_same_bytes() -> None:
