@@ -22,7 +22,7 @@ NOTES = (
     "cut off, or trapped in lost active material.",
     "SEI is a film on the negative electrode that binds lithium and grows with time, faster where "
     "it is warm or has cracked (on cracks). Plating: lithium that lies on that electrode as metal "
-    "instead of going in, mostly of a charge in the cold. Active material is what stores lithium; "
+    "instead of going in, mostly when charged in the cold. Active material is what stores lithium; "
     "what breaks off stores none. Tension and pressure are what it swells and shrinks against; the "
     "margin is how far the electrode stays from plating.",
 )
