@@ -2,17 +2,17 @@
 
 from collections.abc import Sequence
 
-from proof.judge import FAILED
+from proof.judge import NO_VERDICT
 from proof.outcome import Judged, Outcome, Proof
 from proof.tally import control, recorded, simulated
 from reports.section import Cell, Column, Table
 
 SAID = (
-    ("none", "said nothing"),
-    ("unknown", "said “something it has no name for”"),
-    ("ambiguous", "not settled"),
-    ("named", "named something"),
-    (FAILED, "no verdict"),
+    (("none",), "said nothing"),
+    (("unknown",), "said “something it has no name for”"),
+    (("ambiguous",), "not settled"),
+    (("named",), "named something"),
+    (NO_VERDICT, "no verdict"),
 )
 COLUMNS = (
     Column(title="controls", numeric=False, whole=True),
@@ -37,7 +37,7 @@ def controls(proof: Proof) -> tuple[Table, ...]:
 
 def _row(what: str, own: Sequence[Judged]) -> tuple[Cell, ...]:
     false = sum(t.outcome is not Outcome.RIGHT for t in own)
-    said = (sum(t.verdict == verdict for t in own) for verdict, _ in SAID)
+    said = (sum(t.verdict in those for t in own) for those, _ in SAID)
     return (
         Cell(text=what),
         *(Cell(text=str(n)) for n in (len(own), *said)),

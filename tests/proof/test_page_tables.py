@@ -97,6 +97,12 @@ def test_what_was_said_of_controls_is_split() -> None:
     assert controls(proof([missed()])) == ()
 
 
+@pytest.mark.parametrize("verdict", ["failed", "stopped"])
+def test_a_control_without_a_verdict_is_counted_as_that(verdict: str) -> None:
+    (table,) = controls(proof([judged(1, truth("control", ""), Outcome.MISSED, verdict)]))
+    assert [cell.text for cell in table.rows[0]][-2:] == ["1", "1"]
+
+
 def test_baselines_are_counted_worse_as_good_and_better() -> None:
     one = judged(1, truth("single", "", "leakage"), Outcome.RIGHT, "named", "leakage")
     own = [
