@@ -55,6 +55,12 @@ def flowed(pack: Pack, load: Load) -> Load:
     return _flowed(tuple(e for e in pack.effects if isinstance(e, OF_CURRENT)), load)
 
 
+def as_flowed(pack: Pack, load: Load) -> tuple[Pack, Load]:
+    """The pack without those effects, and the load `flowed` with them."""
+    kept = tuple(e for e in pack.effects if not isinstance(e, OF_CURRENT))
+    return replace(pack, effects=kept), flowed(pack, load)
+
+
 @lru_cache(maxsize=16)  # while another number is fitted, the same again and again
 def _flowed(effects: tuple[OfCurrent, ...], load: Load) -> Load:
     current_A = load.current_A

@@ -20,13 +20,12 @@ from twin.damage.loss import Ledger
 from twin.damage.measures import MEASURES
 from twin.damage.orders import reordered
 from twin.damage.waveform import Waveform
-from twin.effects import OF_CURRENT
 from twin.kernel import Backend
 from twin.load import Load
 from twin.pack import Pack
 from twin.pack_model import pack_model
 from twin.protocol import ConstantCurrent, Rest, Settings, run
-from twin.simulate import flowed, surroundings
+from twin.simulate import as_flowed, surroundings
 from twin.solution import Status
 
 FloatArray = npt.NDArray[np.float64]
@@ -132,7 +131,7 @@ def attribute(
     ledger = Ledger(pack)
     state = started(pack, formed, load.ambient_K)
     edges = _edges(load, spans)
-    flows, inside = flowed(pack, load), _behind_sensor(pack)  # a clock is late across the edges too
+    inside, flows = as_flowed(pack, load)  # here: a clock is late across the edges too
     loads = [between(flows, *ends) for ends in pairwise(edges)]
     pieces, status = drawn(inside, ledger, loads, state)
     at = {t: k for k, t in enumerate(edges[: len(pieces)])}
@@ -174,12 +173,6 @@ def started(pack: Pack, formed: FloatArray, ambient_K: float) -> FloatArray:
     seconds = PROBE_S * (probed[0] - start) / (probed[0] - probed[-1])
     state = discharged(float(seconds))[0] if seconds > 1.0 else formed
     return _at_K(pack, state, cells[0].initial_K)
-
-
-def _behind_sensor(pack: Pack) -> Pack:
-    """`pack`, for a current that flowed rather than one that was recorded."""
-    kept = tuple(e for e in pack.effects if not isinstance(e, OF_CURRENT))
-    return replace(pack, effects=kept)
 
 
 def _at_K(pack: Pack, state: FloatArray, temperature_K: float) -> FloatArray:

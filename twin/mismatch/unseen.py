@@ -23,15 +23,12 @@ from twin.mismatch.noise import Unseen
 from twin.mismatch.pauses import Pause, filled, pauses
 from twin.mismatch.wander import Wander
 from twin.pack import Pack
-from twin.simulate import simulate, simulate_all
+from twin.simulate import as_flowed, simulate, simulate_all
 
 SOC_STEP = 1e-4
 CURRENTS = 4
 """That may as well have flowed; a surface answers by what the twin says of so many."""
 UNEVEN = 10.0
-BRIEF = (
-    0.01  # of the usual interval: nothing unseen flows in one that only parts the sides of a step
-)
 """Of four intervals the longest over the shortest, beyond which a cycler put samples where its
 current changed, and a straight line between them is right; loggers are late by less."""
 BRIEF = (
@@ -63,6 +60,7 @@ def unseen(
         flown: the pack may have flown before.
         soc_std: of its state of charge then, which nothing but this lets be off.
     """
+    pack, load = as_flowed(pack, load)
     off_C = hypot(walk_C(load), noise_A * sqrt(float(np.median(np.diff(load.time_s)))))
     wide = beyond_cut_offs(pack)
     if not off_C:

@@ -9,6 +9,7 @@ from scipy.signal import lfilter
 from tests.reference.loads import flight
 from tests.twin.mismatch.recordings import pack
 from twin.builtin import load_cell
+from twin.effects import SensorLag
 from twin.load import Between, Load
 from twin.mismatch import Flight
 from twin.mismatch.noise import Noise, whitener
@@ -155,6 +156,20 @@ def test_what_follows_a_pause_of_the_logger_is_off_by_what_is_said() -> None:
             before.append(np.mean((off_V[at] / 2e-3) ** 2))
     assert np.mean(before) > 20.0
     assert np.mean(after) < 1.0
+
+
+def test_what_flowed_between_samples_was_never_in_a_sensor_that_lags() -> None:
+    """Gusts at 10 Hz, as they were and through a sensor that lags by 2.8 s: what flowed unseen
+    passed no sensor. With the lag of it undone too it did nine times as much as in truth."""
+    whole = flight(2.2, mean=8.0, peak=16.0, duration_s=120.0, seed=1)
+    true = Load(time_s=whole.time_s, current_A=whole.current_A)
+    kept = np.exp(-np.diff(true.time_s)[0] / 2.8)
+    late = replace(true, current_A=lfilter([1.0 - kept], [1.0, -kept], true.current_A))
+    lagging = replace(pack(), effects=(SensorLag(lag_s=2.8),))
+    told, own = unseen(lagging, late), unseen(pack(), true)
+    assert told is not None
+    assert own is not None
+    assert 0.0 < np.linalg.norm(told.quick_V) < np.linalg.norm(own.quick_V)
 
 
 def test_a_pack_that_is_empty_on_the_way_moves_as_at_its_end_from_there() -> None:
