@@ -1,11 +1,13 @@
 """Current and voltage were not recorded on the same clock."""
 
 from dataclasses import dataclass
+from math import hypot
 from typing import ClassVar
 
 import numpy as np
 import numpy.typing as npt
 from scipy import sparse
+from scipy.interpolate import Akima1DInterpolator
 
 from twin.effects.effect import Parameter
 from twin.effects.likely import SENSOR, likeliest
@@ -42,24 +44,32 @@ class ClockShift:
         """(n,) the current in the pack; beyond its ends that of the end.
 
         Straight between its own samples, whose corners lie between those of the recording: the
-        likeliest such current (`likely`), and what that leaves of the recording (`_as_rough`): as
-        much noise, whatever the shift, and no leap as it grows. Straight between those of the
-        recording it would be too smooth. Not shifted at all, it is what was recorded.
+        likeliest such current (`likely`). Gusts for which a logger is too slow are straight between
+        no samples, and count as noise there by how far samples are off straight lines. What is left
+        of the recording goes by a smooth curve, and what is noise in that (`_as_rough`) is as much
+        noise whatever the shift. Not shifted at all, it is what was recorded.
         """
-
-        def earlier(values: FloatArray) -> FloatArray:
-            return np.interp(time_s + self.shift_s, time_s, values)
-
+        then_s = np.clip(time_s + self.shift_s, time_s[0], time_s[-1])
         if abs(self.shift_s) >= np.ptp(time_s) or not np.ptp(recorded_A):
-            return earlier(recorded_A)
+            return np.interp(then_s, time_s, recorded_A)
         one = sparse.csc_array(sparse.eye_array(time_s.size))
         at_s = time_s - self.shift_s
         known = _within(at_s, time_s)
         late = straight_matrix(time_s, at_s)
         seen = sparse.diags_array(known) @ late
-        likely_A = likeliest(seen, one, known * recorded_A, recorded_A, time_s, self.noise_A)
+        unlike_A = hypot(self.noise_A, _off_straight_A(recorded_A))
+        likely_A = likeliest(seen, one, known * recorded_A, recorded_A, time_s, unlike_A)
         left_A = recorded_A - late @ likely_A
-        return np.asarray(likely_A + _as_rough(left_A, *_between(time_s, time_s + self.shift_s)))
+        smooth_A = likeliest(one, one, left_A, recorded_A, time_s, SENSOR.value)
+        curve_A = Akima1DInterpolator(time_s, smooth_A, method="makima")(then_s)
+        noise_A = _as_rough(left_A - smooth_A, *_between(time_s, time_s + self.shift_s))
+        return np.asarray(likely_A + curve_A + noise_A)
+
+
+def _off_straight_A(recorded_A: FloatArray) -> float:
+    """Rms of how far samples (n,) are from the straight line between those beside them."""
+    off_A = np.diff(recorded_A, n=2) / 2.0
+    return float(np.sqrt(np.mean(off_A**2))) if off_A.size else 0.0
 
 
 def _within(at_s: FloatArray, time_s: FloatArray) -> FloatArray:
