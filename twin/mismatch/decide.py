@@ -179,7 +179,7 @@ def _misleads(fitted: Fitted, without: Fitted) -> bool:
     little off, which nobody fitted, would make the right effect the worse.
     """
     left_V, before_V = fitted.started_V(), without.started_V()
-    chance_V = BY_CHANCE * fitted.judge.noise_V / sqrt(left_V.size)
+    chance_V = BY_CHANCE * fitted.judge.lasting_V / sqrt(left_V.size)
     more = float(np.mean(left_V**2 - before_V**2))
     return more > 2.0 * chance_V * rms(left_V - before_V)
 

@@ -193,11 +193,16 @@ def _paused(flights: Sequence[Flight]) -> Iterator[str]:
 
 
 def _left_out(data: Data) -> Iterator[str]:
-    whole = counted(data) + data.beyond + data.alone
+    whole = counted(data) + data.beyond + data.alone + data.unheard
     if data.beyond:
         yield (
             f"{data.beyond} of {whole} samples do not count: a cell is beyond its cut-off there, "
             "where a thousandth of its charge decides over a volt"
+        )
+    if data.unheard:
+        yield (
+            f"{data.unheard} of {whole} samples do not count: the clocks disagree, and what flowed "
+            "then was recorded before the first sample or after the last"
         )
     if data.alone:
         yield (

@@ -41,7 +41,8 @@ class Data:
         fitted: by which numbers are told.
         held_out: by which they are judged.
         beyond: samples that do not count, since a cell is beyond its cut-off there,
-        alone: and since they stand alone, far from those before and after.
+        alone: since they stand alone, far from those before and after,
+        unheard: and since a clock that is off leaves no current there.
         near: numbers that some hypotheses had when the noise was found: fits begin there too.
     """
 
@@ -49,6 +50,7 @@ class Data:
     held_out: tuple[tuple[Flight, Whitener], ...]
     beyond: int = 0
     alone: int = 0
+    unheard: int = 0
     near: Known = field(default_factory=dict)
 
     @property

@@ -16,7 +16,7 @@ from twin.load import Between, Load
 from twin.mismatch.flight import Flight, FloatArray, Idle
 from twin.mismatch.left import beyond_cut_offs
 from twin.pack import Pack
-from twin.simulate import simulate_all
+from twin.simulate import as_flowed, simulate_all
 
 LITTLE = 0.05  # of what flows in flight
 IN_FLIGHT = 95.0  # percentile of the current
@@ -64,7 +64,7 @@ def idle_ways(pack: Pack, flight: Flight) -> FloatArray:
     if not within:
         return np.zeros((flight.time_s.size, 0))
     off_A = np.sum([s.mean_A * own for s, own in zip(flight.idle, within, strict=True)], axis=0)
-    wide, load = beyond_cut_offs(pack), flight.load
+    wide, load = as_flowed(beyond_cut_offs(pack), flight.load)
     moved = replace(load, current_A=load.current_A + off_A)
     as_is, other = (s.voltage_V for s in simulate_all([(wide, load), (wide, moved)]))
     n = min(as_is.size, other.size)

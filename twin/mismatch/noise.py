@@ -201,14 +201,19 @@ def whitener(  # noqa: PLR0913
     """
     at = np.flatnonzero(judged)
     first = taken_together(time_s[at], noise.together_s)
-    t, size = time_s[at][first], first.size
+    t_all = time_s[at]
+    t, size = t_all[first], first.size
     drive = np.zeros(size) if current_A is None else means_from(current_A[at], first)
     drive = drive * sqrt(size) / max(float(np.linalg.norm(drive)), np.finfo(float).tiny)
     dt = np.diff(t)
     states = [
         _wanders(np.ones(size), dt, Wander(size_V=noise.slow_V, forgets_s=noise.slow_s)),
         _wanders(drive, dt, Wander(size_V=noise.along_V, forgets_s=noise.along_s)),
-        *(_wanders(np.ones(size), dt, left) for left in (noise.left, noise.smooth) if left),
+        *(
+            _wanders(_of_means(left, t_all, first), dt, left)
+            for left in (noise.left, noise.smooth)
+            if left
+        ),
     ]
     if ways_V is not None and ways_V.any() and size:
         states.append(_stays(means_from(ways_V[at], first)))
@@ -219,7 +224,7 @@ def whitener(  # noqa: PLR0913
         walk_s, paused_s = (v[at][first] for v in (between.walk_s, between.paused_s))
         states += [
             _walks(walk, walk_s),
-            *(_wanders(quick, dt, share) for share in between.quick),
+            *(_wanders(quick * _of_means(w, t_all, first), dt, w) for w in between.quick),
             _wanders(paused, np.diff(paused_s), Wander(size_V=1.0, forgets_s=1.0)),
         ]
         if between.begun_V.any():
@@ -227,6 +232,21 @@ def whitener(  # noqa: PLR0913
             begun = Begun(between.begun_V[at], rested, rested(ways))
             return Whitener(at, first, noise, filter_of([*states, _stays(ways)], white), begun)
     return Whitener(at, first, noise, filter_of(states, white))
+
+
+def _of_means(wander: Wander, time_s: FloatArray, first: npt.NDArray[np.int64]) -> FloatArray:
+    """(m,) standard deviation of means from each of `first` to the next, that of a sample being 1.
+
+    The samples of each are taken to be as far apart as usual.
+    """
+    counts = np.diff(np.append(first, time_s.size))
+    period_s = float(np.median(np.diff(time_s))) if time_s.size > 1 else 1.0
+    sizes = {1: 1.0}
+    for count in set(counts.tolist()) - {1}:
+        later = np.arange(1, count)
+        follows = (count - later) @ wander.follows(period_s * later)
+        sizes[count] = sqrt((count + 2.0 * float(follows)) / count**2)
+    return np.array([sizes[count] for count in counts.tolist()])
 
 
 def _wanders(drive: FloatArray, dt: FloatArray, wander: Wander) -> State:

@@ -104,6 +104,14 @@ class Problem:
         return float(np.sqrt(np.mean([w.noise.by_chance_V**2 for w in self._whiteners])))
 
     @property
+    def lasting_V(self) -> float:
+        """The same of noise whose means over many samples vary as those of this do."""
+        both = zip(self.flights, self._whiteners, strict=True)
+        own = [(w.noise, np.diff(f.time_s[w.at])) for f, w in both]
+        sizes = [noise.lasting_V(float(np.median(dt)) if dt.size else 1.0) for noise, dt in own]
+        return float(np.sqrt(np.mean(np.square(sizes))))
+
+    @property
     def bounds(self) -> tuple[FloatArray, FloatArray]:
         """(k,) least and largest coordinates; where numbers depend on each other, no less wide."""
         own = np.diag(self._mixes).tolist()

@@ -19,6 +19,7 @@ from scipy.special import expit
 from twin.load import Load
 from twin.mismatch.flight import Flight, FloatArray
 from twin.mismatch.pauses import LONG
+from twin.mismatch.wander import Wander
 from twin.mismatch.white import NORMAL, STEP
 from twin.pack import Pack
 from twin.simulate import simulate
@@ -63,13 +64,22 @@ def quieted(flight: Flight, noise_A: float) -> tuple[Flight, Likeliest]:
     return replace(flight, load=load), found
 
 
-def answers_ohm(pack: Pack, load: Load) -> float:
-    """By how much a twin and its instruments answer to noise of a recorded current."""
-    noise_A = SMALL_A * np.random.default_rng(0).standard_normal(load.time_s.size)
-    noisy = replace(load, current_A=load.current_A + noise_A)
-    as_is_V, moved_V = (simulate(pack, own).voltage_V for own in (load, noisy))
+def answers_ohm(pack: Pack, flight: Flight, left: Wander) -> float:
+    """By how much a twin and its instruments answer to what a current is off by.
+
+    To noise that is as slow as `left`, where the samples count.
+    """
+    drawn = left.drawn(np.diff(flight.time_s), np.random.default_rng(0))
+    noise_A = SMALL_A / left.size_V * drawn
+    noisy = replace(flight.load, current_A=flight.load.current_A + noise_A)
+    as_is_V, moved_V = (simulate(pack, own).voltage_V for own in (flight.load, noisy))
     n = min(as_is_V.size, moved_V.size)
-    return float(np.std(moved_V[:n] - as_is_V[:n]) / np.std(noise_A[:n])) if n else 0.0
+    at = flight.judged[:n]
+    return (
+        float(np.std((moved_V[:n] - as_is_V[:n])[at]) / np.std(noise_A[:n][at]))
+        if at.any()
+        else 0.0
+    )
 
 
 def likeliest(load: Load, noise_A: float) -> Likeliest:

@@ -6,6 +6,7 @@ from math import sqrt
 
 import numpy as np
 
+from twin.effects import ClockShift, SensorLag
 from twin.mismatch.coloured import smooth_noise
 from twin.mismatch.fit import Data, Fitted
 from twin.mismatch.flight import BoolArray, Flight, FloatArray, MismatchError
@@ -198,21 +199,23 @@ def sharpened(data: Data, best: Fitted, *, stated: bool = True) -> Data | None:
     """With the noise by what `best` leaves; None if that is hardly another than it was.
 
     What follows the current in a way that the twin as configured has not looks like noise at first,
-    and conceals what the noise of the current does. Unless an error of the twin is `stated`, some
-    samples do not count, if they are few: those at which a cell of that twin is beyond its cut-off
-    (a volt is lost there within seconds, and a thousandth of the charge decides when), and those
-    that stand alone.
+    and conceals what the noise of the current does. Some samples do not count, if they are few:
+    those at an end where a clock of that twin is off and nothing says what flowed; and unless an
+    error of the twin is `stated`, those at which a cell of it is beyond its cut-off (a volt is lost
+    there within seconds, and a thousandth of the charge decides when), and those that stand alone.
     """
 
     def of(problem: Problem, q: FloatArray, own: Recorded, sure: float) -> Iterator[_Left]:
         for k, (flight, w) in enumerate(own):
             left = problem.residual_V(q, k)
-            none = np.zeros_like(flight.judged)
-            empty = none if stated else _few(problem.beyond(q, k), flight)
-            far = none if stated else _few(_standing_alone(w, left) & ~empty, flight)
-            kept = replace(flight, judged=flight.judged & ~(empty | far))
-            told = _by_what_is_left(kept, w.noise, problem.pack(q, k), left, sure)
-            yield replace(told, beyond=int(empty.sum()), alone=int(far.sum()))
+            pack, none = problem.pack(q, k), np.zeros_like(flight.judged)
+            unheard = _few(_unheard(pack, flight.time_s), flight)
+            empty = none if stated else _few(problem.beyond(q, k) & ~unheard, flight)
+            far = none if stated else _few(_standing_alone(w, left) & ~(empty | unheard), flight)
+            kept = replace(flight, judged=flight.judged & ~(empty | far | unheard))
+            told = _by_what_is_left(kept, w.noise, pack, left, sure)
+            counts = int(empty.sum()), int(far.sum()), int(unheard.sum())
+            yield replace(told, beyond=counts[0], alone=counts[1], unheard=counts[2])
 
     def all_of(sure: float) -> Data:
         left = [
@@ -226,6 +229,7 @@ def sharpened(data: Data, best: Fitted, *, stated: bool = True) -> Data | None:
             held_out=tuple(seen[len(data.fitted) :]),
             beyond=sum(own.beyond for own in left),
             alone=sum(own.alone for own in left),
+            unheard=sum(own.unheard for own in left),
             near=best.problem.values(best.q),
         )
 
@@ -238,7 +242,7 @@ def sharpened(data: Data, best: Fitted, *, stated: bool = True) -> Data | None:
     )
     alike = bool(np.all(np.abs(np.log(told_V / known_V)) < -np.log(SHARPER)))
     smooth = any(w.noise.smooth for _, w in (*finer.fitted, *finer.held_out))
-    more = _noisy(finer) or smooth or finer.beyond + finer.alone > 0
+    more = _noisy(finer) or smooth or finer.beyond + finer.alone + finer.unheard > 0
     return None if alike and not more else finer
 
 
@@ -259,6 +263,12 @@ def _few(some: BoolArray, flight: Flight) -> BoolArray:
     return own if few else np.zeros_like(own)
 
 
+def _unheard(pack: Pack, time_s: FloatArray) -> BoolArray:
+    """(n,) samples of which the current would have been recorded before the first, or later."""
+    then_s = time_s + sum(e.shift_s for e in pack.effects if isinstance(e, ClockShift))
+    return np.asarray((then_s < time_s[0]) | (then_s > time_s[-1]))
+
+
 def _standing_alone(whiten: Whitener, residual_V: FloatArray) -> BoolArray:
     """(n,) samples far from what those before tell, unlike their neighbours."""
     size = np.abs(whiten(residual_V[:, None])[:, 0])
@@ -276,7 +286,8 @@ class _Left:
     Attributes:
         residual_V: (n,) recorded minus simulated.
         beyond: samples that do not count, since a cell is beyond its cut-off there,
-        alone: and since they stand alone.
+        alone: since they stand alone,
+        unheard: and since a clock is off, so that nothing tells their current.
     """
 
     flight: Flight
@@ -285,6 +296,7 @@ class _Left:
     residual_V: FloatArray
     beyond: int = 0
     alone: int = 0
+    unheard: int = 0
 
     def whitened(self, noise: Noise) -> tuple[Flight, Whitener]:
         """With this noise, and its colour."""
@@ -300,7 +312,7 @@ def _by_what_is_left(
     if own is not noise:
         residual_V = left_V(flight, pack, simulate(pack, flight.load))
     elif own.left:
-        own = own.through(answers_ohm(pack, flight.load))
+        own = own.through(answers_ohm(pack, flight, own.left))
     white = _white_V(flight, own, residual_V)
     if white is not None:
         own = replace(own, white_V=min(white, noise.white_V))
@@ -322,17 +334,27 @@ def _quieted(
 ) -> tuple[Flight, Noise]:
     """With the likeliest current, if the samples that count are sure that there is noise in it.
 
-    By what the twin `pack` leaves.
+    By what the twin `pack` leaves; or if the sensor is stated to be slow, by what is stated.
     """
     at = flight.judged
     own_V = residual_V[at]
     told = current_noise(own_V, flight.voltage_V[at] - own_V, flight.load.current_A[at], sure)
-    if told is None or noise.current_A:  # once
+    noise_A = told.size_A if told else _stated_A(flight.pack)
+    if not noise_A or noise.current_A:  # once
         return flight, noise
-    out, found = quieted(flight, told.size_A)
-    ohm = answers_ohm(pack, out.load)
-    left = Wander(size_V=ohm * found.left_A, forgets_s=found.left_s, damping=found.damping)
-    return out, replace(noise, current_A=told.size_A, ohm=ohm, left=left)
+    out, found = quieted(flight, noise_A)
+    left = Wander(size_V=found.left_A, forgets_s=found.left_s, damping=found.damping)
+    ohm = answers_ohm(pack, out, left)
+    own = replace(left, size_V=ohm * found.left_A)
+    return out, replace(noise, current_A=noise_A, ohm=ohm, left=own)
+
+
+def _stated_A(pack: Pack) -> float:
+    """Noise of a current whose sensor is stated to be slow, 0 of any other.
+
+    A lag undone makes it many times as much, and no answer of the voltage to it looks like noise.
+    """
+    return max((e.noise_A for e in pack.effects if isinstance(e, SensorLag)), default=0.0)
 
 
 def _white_V(flight: Flight, noise: Noise, residual_V: FloatArray) -> float | None:

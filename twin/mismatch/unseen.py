@@ -10,11 +10,12 @@ missed (`pauses`): the walk leaps, and what follows is forgotten more slowly.
 
 from collections.abc import Sequence
 from dataclasses import replace
-from math import hypot, log, sqrt
+from math import hypot, log, prod, sqrt
 
 import numpy as np
 from scipy.optimize import nnls
 
+from twin.effects import CurrentGain
 from twin.load import Between, Load
 from twin.mismatch.begun import preceded, slower
 from twin.mismatch.flight import FloatArray
@@ -60,8 +61,9 @@ def unseen(
         flown: the pack may have flown before.
         soc_std: of its state of charge then, which nothing but this lets be off.
     """
+    gain = prod(e.gain for e in pack.effects if isinstance(e, CurrentGain))
     pack, load = as_flowed(pack, load)
-    off_C = hypot(walk_C(load), noise_A * sqrt(float(np.median(np.diff(load.time_s)))))
+    off_C = hypot(walk_C(load), gain * noise_A * sqrt(float(np.median(np.diff(load.time_s)))))
     wide = beyond_cut_offs(pack)
     if not off_C:
         return None

@@ -12,6 +12,7 @@ import numpy.typing as npt
 
 FloatArray = npt.NDArray[np.float64]
 
+LEAST = 1e-12  # of a variance that is new: of hardly any time rounding is more
 NOT_CRITICAL = 1e-4  # a damping of exactly 1 has a form of its own, which this is near enough
 
 
@@ -32,6 +33,18 @@ class Wander:
     def follows(self, later_s: FloatArray) -> FloatArray:
         """(m,) its correlation over times (m,)."""
         return self.keep(later_s)[:, 0, 0]
+
+    def drawn(self, dt: FloatArray, random: np.random.Generator) -> FloatArray:
+        """(m + 1,) at times that are (m,) apart, by chance."""
+        keep = self.keep(dt)
+        size = keep.shape[-1]
+        spread = np.linalg.cholesky((1.0 + LEAST) * np.eye(size) - keep @ keep.transpose(0, 2, 1))
+        new = np.einsum("nij,nj->ni", spread, random.standard_normal((dt.size, size)))
+        states = np.empty((dt.size + 1, size))
+        states[0] = random.standard_normal(size)
+        for k in range(dt.size):
+            states[k + 1] = keep[k] @ states[k] + new[k]
+        return np.asarray(self.size_V * states[:, 0])
 
     def keep(self, dt: FloatArray) -> FloatArray:
         """(m, s, s) of a state, after times (m,), that is expected to be left of it."""

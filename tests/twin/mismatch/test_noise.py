@@ -136,3 +136,15 @@ def test_of_no_samples_nothing_is_made() -> None:
     noise = Noise(white_V=1.0, slow_V=1.0, slow_s=20.0, along_V=1.0)
     none = whitener(np.arange(9.0), np.zeros(9, dtype=bool), noise, np.ones(9))
     assert none(np.ones((9, 2))).shape == (0, 2)
+
+
+@pytest.mark.parametrize("forgets_s", [0.06, 0.3, 1.3])
+def test_means_of_noise_that_follows_itself_vary_by_less_than_it(forgets_s: float) -> None:
+    """Of 10 samples each; taken to vary as one sample does, they told 0.13, 0.50 and 0.77."""
+    wander = Wander(size_V=8e-3, forgets_s=forgets_s, damping=0.8)
+    random, time_s = np.random.default_rng(2), 0.1 * np.arange(6000.0)
+    wandered_V = wander.drawn(np.diff(time_s), random)
+    residual_V = wandered_V + 3e-3 * random.standard_normal(time_s.size)
+    noise = Noise(white_V=3e-3, slow_V=0.0, slow_s=1.0, left=wander, together_s=1.0)
+    white = whitener(time_s, np.ones(time_s.size, dtype=bool), noise)(residual_V[:, None])
+    assert np.mean(white**2) == pytest.approx(1.0, abs=0.2)

@@ -9,7 +9,7 @@ from scipy.signal import lfilter
 from tests.reference.loads import flight
 from tests.twin.mismatch.recordings import pack
 from twin.builtin import load_cell
-from twin.effects import SensorLag
+from twin.effects import CurrentGain, SensorLag
 from twin.load import Between, Load
 from twin.mismatch import Flight
 from twin.mismatch.noise import Noise, whitener
@@ -170,6 +170,17 @@ def test_what_flowed_between_samples_was_never_in_a_sensor_that_lags() -> None:
     assert told is not None
     assert own is not None
     assert 0.0 < np.linalg.norm(told.quick_V) < np.linalg.norm(own.quick_V)
+
+
+def test_noise_of_a_current_draws_as_much_as_its_gain_makes_of_it() -> None:
+    load = Load(time_s=np.arange(0.0, 60.0, 0.1), current_A=np.full(600, 4.0))
+    plain, twice = (
+        unseen(replace(pack(), effects=own), replace(load, current_A=load.current_A / gain), 0.5)
+        for gain, own in ((1.0, ()), (2.0, (CurrentGain(gain=2.0),)))
+    )
+    assert plain is not None
+    assert twice is not None
+    assert twice.walk_V[300] == pytest.approx(2.0 * plain.walk_V[300], rel=0.02)
 
 
 def test_a_pack_that_is_empty_on_the_way_moves_as_at_its_end_from_there() -> None:

@@ -10,18 +10,6 @@ N, STEP_S, WHITE_V = 6000, 0.1, 2e-3
 KINDS = [None, 0.3, 0.7071, 1.0, 4.0]
 
 
-def run(wander: Wander, random: np.random.Generator) -> np.ndarray:
-    """(N,) of its state, step by step."""
-    (keep,) = wander.keep(np.array([STEP_S]))
-    size = keep.shape[0]
-    added = np.linalg.cholesky(np.eye(size) - keep @ keep.T + 1e-15 * np.eye(size))
-    states = np.empty((N, size))
-    states[0] = random.standard_normal(size)
-    for k in range(1, N):
-        states[k] = keep @ states[k - 1] + added @ random.standard_normal(size)
-    return np.asarray(wander.size_V * states[:, 0])
-
-
 @pytest.mark.parametrize("damping", KINDS)
 def test_it_forgets_over_the_time_it_says(damping: float | None) -> None:
     wander = Wander(size_V=1.0, forgets_s=1.5, damping=damping)
@@ -41,7 +29,8 @@ def test_two_steps_are_one_twice_as_long(damping: float | None) -> None:
 def test_what_is_left_beside_it_is_white(damping: float | None) -> None:
     random = np.random.default_rng(11)
     wander = Wander(size_V=4e-3, forgets_s=0.6, damping=damping)
-    residual_V = run(wander, random) + WHITE_V * random.standard_normal(N)
+    wandered_V = wander.drawn(np.full(N - 1, STEP_S), random)
+    residual_V = wandered_V + WHITE_V * random.standard_normal(N)
     noise = Noise(white_V=WHITE_V, slow_V=0.0, slow_s=20.0, left=wander)
     whiten = whitener(STEP_S * np.arange(N), np.ones(N, dtype=bool), noise)
     white = whiten(residual_V[:, None])[:, 0]
