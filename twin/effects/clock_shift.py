@@ -7,7 +7,6 @@ from typing import ClassVar
 import numpy as np
 import numpy.typing as npt
 from scipy import sparse
-from scipy.interpolate import Akima1DInterpolator
 
 from twin.effects.effect import Parameter
 from twin.effects.likely import SENSOR, likeliest
@@ -44,10 +43,11 @@ class ClockShift:
         """(n,) the current in the pack; beyond its ends that of the end.
 
         Straight between its own samples, whose corners lie between those of the recording: the
-        likeliest such current (`likely`). Gusts for which a logger is too slow are straight between
-        no samples, and count as noise there by how far samples are off straight lines. What is left
-        of the recording goes by a smooth curve, and what is noise in that (`_as_rough`) is as much
-        noise whatever the shift. Not shifted at all, it is what was recorded.
+        likeliest such current (`likely`), and what that leaves of the recording (`_as_rough`): as
+        much noise, whatever the shift, and no leap as it grows. Straight between those of the
+        recording it would be too smooth. Gusts for which a logger is too slow are straight between
+        no samples, and count as noise by how far samples are off straight lines. Not shifted at
+        all, it is what was recorded.
         """
         then_s = np.clip(time_s + self.shift_s, time_s[0], time_s[-1])
         if abs(self.shift_s) >= np.ptp(time_s) or not np.ptp(recorded_A):
@@ -60,10 +60,7 @@ class ClockShift:
         unlike_A = hypot(self.noise_A, _off_straight_A(recorded_A))
         likely_A = likeliest(seen, one, known * recorded_A, recorded_A, time_s, unlike_A)
         left_A = recorded_A - late @ likely_A
-        smooth_A = likeliest(one, one, left_A, recorded_A, time_s, SENSOR.value)
-        curve_A = Akima1DInterpolator(time_s, smooth_A, method="makima")(then_s)
-        noise_A = _as_rough(left_A - smooth_A, *_between(time_s, time_s + self.shift_s))
-        return np.asarray(likely_A + curve_A + noise_A)
+        return np.asarray(likely_A + _as_rough(left_A, *_between(time_s, time_s + self.shift_s)))
 
 
 def _off_straight_A(recorded_A: FloatArray) -> float:
