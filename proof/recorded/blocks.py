@@ -11,7 +11,7 @@ import numpy as np
 import numpy.typing as npt
 
 from proof.question import Recording
-from proof.recorded.measured import FloatArray
+from proof.recorded.measured import FloatArray, RealTest
 from proof.recorded.replay import whole_V
 from twin.calibrate.flight import FlightFit, NotFitted, fit_flight
 from twin.calibrate.flight_problem import Flown, Known
@@ -55,6 +55,7 @@ class Run:
         voltage_V: (n,) of the pack.
         counted: (n,) where it is compared: in the air.
         rounds: how often the parts take turns.
+        samples: as it was recorded, where it is means of that.
     """
 
     pack: Pack
@@ -64,6 +65,7 @@ class Run:
     voltage_V: FloatArray
     counted: BoolArray
     rounds: int
+    samples: RealTest | None = None
 
     def part(self, part: Part) -> FloatArray:
         """(n,) voltage of one part, NaN elsewhere."""

@@ -7,7 +7,18 @@ import numpy as np
 import pytest
 
 from proof.recorded.blocks import Fitted, Part, Run, fitted, one_resistance
-from proof.recorded.trials_fault import LABORATORY, LIST, Fault, fault_trials, faulty, number
+from proof.recorded.measured import RealTest
+from proof.recorded.thinned import binned
+from proof.recorded.trials_fault import (
+    LABORATORY,
+    LIST,
+    PERIOD_S,
+    Fault,
+    _driven,
+    fault_trials,
+    faulty,
+    number,
+)
 from proof.trial import NoTrial
 from twin.builtin import load_cell
 from twin.effects import (
@@ -49,6 +60,19 @@ def test_the_true_number_gives_back_the_current(effect: str) -> None:
     inside = slice(20, -20)  # at its ends a shifted current is not known
     left = np.std((undone_A - flown.current_A)[inside])
     assert left < 0.1 * np.sqrt(np.mean((wrong_A - flown.current_A)[inside] ** 2))
+
+
+def test_a_clock_moves_the_samples_that_means_are_of_and_smooths_nothing() -> None:
+    """Of means over 2 s, 0.75 of those 2 s and 0.25 of those 4 s ago are no clock of 2.5 s."""
+    time_s = np.arange(0.0, 400.0, 0.1)
+    current_A = np.repeat(np.random.default_rng(3).normal(5.0, 3.0, time_s.size // 10), 10)
+    cycle = RealTest(name="", time_s=time_s, current_A=current_A, voltage_V=4.0 - current_A / 50)
+    driven = _driven(run().pack, cycle)
+    late = Fault(source="", effect="clock_shift", size=2.5)
+    earlier = replace(cycle, current_A=np.roll(current_A, 25))
+    inside = slice(2, None)
+    wrong_A, right_A = faulty(driven, late), binned(earlier, PERIOD_S).current_A
+    assert wrong_A[inside] == pytest.approx(right_A[inside])
 
 
 def test_every_sample_that_counts_is_in_one_part() -> None:
