@@ -20,11 +20,14 @@ THERMOCOUPLE_K = 1.0
 """Of one of class 1 at room temperature, 0.5 K (type T) to 1.5 K (type K): IEC 60584-1:2013."""
 
 
-def by_cycler(pack: Pack) -> Pack:
-    """The same where a calibrated cycler recorded it: a pack file's `standard_errors` say so."""
+def by_cycler(pack: Pack, *, voltage: float = OF_SCALE) -> Pack:
+    """The same where a calibrated cycler recorded it: a pack file's `standard_errors` say so.
+
+    `voltage`: share of it by which what recorded it may be off, where that is another instrument.
+    """
     known = {
         "current_gain": {"gain": OF_SCALE * READ_OF_SCALE},
-        "voltage_gain": {"gain": OF_SCALE},
+        "voltage_gain": {"gain": voltage},
         "current_offset": {"offset_A": OF_SCALE * RANGE_C * pack.rated_C / 3600},
         "sensor_lag": {"lag_s": TOGETHER_S, SENSOR.name: SENSOR.prior_std},
         "clock_shift": {"shift_s": TOGETHER_S, SENSOR.name: SENSOR.prior_std},

@@ -9,8 +9,8 @@ its clock was put into the samples instead of their means, which that had smooth
 blind: two flights of octocopters that no trial had used, written down before they were run, run
 once; for a moment the voltage of one falls by 4 V where the recorded current does not rise, which
 it is missed by most. Left out are a lag or a clock in log171, log_0036 (rough samples), both
-octocopters (70 s and 52 s) and the NMC pouch (2 mOhm under a current that changes slowly): up to 1
-s (2 s) of lag changes by how much those are missed by less than that. Not used further: flights
+octocopters (70 s and 52 s) and the NMC pouch (2 mOhm under a current that changes slowly): up to
+1 s (2 s) of lag changes by how much those are missed by less than that. Not used further: flights
 whose current is wrong already, one that only hovers (sample02), one whose current disagrees with
 its motor controllers (ekf_failure). k16 to k23 are all of these recordings without a fault, written
 down before any was run.

@@ -41,7 +41,7 @@ from proof.recorded.calibrated import calibrated, to_digits
 from proof.recorded.cooling import cooled
 from proof.recorded.heat_bases import CELLS
 from proof.recorded.instruments import by_cycler, by_thermocouple
-from proof.recorded.leaf_module import PARALLEL, SERIES, Cells, module
+from proof.recorded.leaf_module import DISAGREE, PARALLEL, SERIES, Cells, module
 from proof.recorded.measured import NotHere, RealTest, recording
 from proof.recorded.trials_ageing import LOSSES, missed
 from proof.trial import NoTrial, Trial
@@ -155,7 +155,7 @@ def in_module(single: Pack, cells: Cells) -> Pack:
 
 def _known(pack: Pack) -> Pack:
     """The same of a laboratory, which is no question here."""
-    return by_thermocouple(by_cycler(pack))
+    return by_thermocouple(by_cycler(pack, voltage=DISAGREE))
 
 
 def _of_cells(single: Pack, ohm: float, cells: Cells) -> Pack:

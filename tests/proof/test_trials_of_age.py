@@ -1,5 +1,6 @@
 """An aged cell, weak cells: what is asked, and the capacity of a twin in a check-up."""
 
+import csv
 from dataclasses import replace
 from pathlib import Path
 
@@ -11,7 +12,7 @@ from proof.recorded import leaf_module, vtc6
 from proof.recorded.bodies import LEAF
 from proof.recorded.measured import NotHere, RealTest
 from proof.recorded.trials_ageing import ageing_trials
-from proof.recorded.trials_weak import in_module, weak_trials
+from proof.recorded.trials_weak import _known, in_module, weak_trials
 from proof.trial import NoTrial
 from proof.truth import CONTROLS
 from twin.builtin import load_cell
@@ -74,6 +75,24 @@ def test_the_life_of_the_cell() -> None:
     # the catalogue; its figures leave out the two pauses, along which samples 30 s apart are joined
     assert drawn[0] == pytest.approx(3.019, abs=0.02)
     assert drawn[251] == pytest.approx(2.787, abs=0.02)
+
+
+def test_the_voltage_of_the_leaf_modules_is_told_no_better_than_its_file_knows_it() -> None:
+    """The sum of six inputs is not the cycler's own voltage, at rest and so without any leads."""
+    try:
+        cells = leaf_module.module(SHARED)
+    except NotHere as e:
+        pytest.skip(str(e))
+    text = (SHARED / leaf_module.FILE).read_text(encoding="latin-1").splitlines()
+    table = list(csv.reader(text))
+    first = next(k for k, row in enumerate(table) if row and row[0] == "Total Time")
+    rest = 10
+    own = table[first].index("Voltage")
+    own_V = np.array([float(row[own]) for row in table[first + 1 : first + 1 + rest]])
+    assert cells.current_A[:rest].max() < 0.1
+    off = 1 - float(np.mean(own_V / cells.voltage_V[:rest]))
+    assert off == pytest.approx(0.0026, abs=1e-4)
+    assert off < _known(Pack(cell=load_cell("lg_m50"))).standard_errors["voltage_gain"]["gain"]
 
 
 def test_the_leaf_module_ends_with_its_first_pair() -> None:
