@@ -38,6 +38,7 @@ from proof.trial import NoTrial, Trial
 from proof.truth import NO_NAME, Number, Truth
 from twin.at_rest import soc_at_rest
 from twin.calibrate.flight_problem import Known
+from twin.effects import ClockShift
 from twin.pack import Pack
 
 LABORATORY = Known(soc=True, capacity=True, temperature=True, scale=True, charge=True)
@@ -146,7 +147,7 @@ def _truth(fault: Fault, base: Fitted, wrong_A: FloatArray) -> Truth:
     change_V = base.residual_V(Part.FITTED, wrong_A) - base.residual_V(
         Part.FITTED, base.run.current_A
     )
-    name, value, unit = number(fault)
+    name, value, unit = number(fault, base.pack)
     return replace(
         truth,
         kind="fault",
@@ -158,11 +159,17 @@ def _truth(fault: Fault, base: Fitted, wrong_A: FloatArray) -> Truth:
     )
 
 
-def number(fault: Fault) -> tuple[str, float, str]:
-    """Name, value and unit of what the twin has to do to the recorded current to undo it."""
+def number(fault: Fault, pack: Pack) -> tuple[str, float, str]:
+    """Name, value and unit of what the twin has to do to the recorded current to undo it.
+
+    A clock that the pack has already (`blocks.fitted`) is replaced by the one that is found.
+    """
     known = LIBRARY[fault.effect].number
     assert known is not None
-    return known(fault.size, 0)
+    name, value, unit = known(fault.size, 0)
+    if fault.effect == "clock_shift":
+        value += sum(e.shift_s for e in pack.effects if isinstance(e, ClockShift))
+    return name, value, unit
 
 
 def faulty(run: Run, fault: Fault) -> FloatArray:

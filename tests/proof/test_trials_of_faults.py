@@ -29,6 +29,7 @@ from twin.effects import (
     SeriesResistance,
 )
 from twin.load import Load
+from twin.mismatch import HYPOTHESES
 from twin.pack import Pack
 from twin.simulate import simulate
 
@@ -56,10 +57,25 @@ def run(rounds: int = 2) -> Run:
 def test_the_true_number_gives_back_the_current(effect: str) -> None:
     flown, fault = run(), Fault(source="", effect=effect, size=SIZES[effect])
     wrong_A = faulty(flown, fault)
-    undone_A = UNDO[effect](number(fault)[1]).flowed_A(flown.time_s, wrong_A)
+    undone_A = UNDO[effect](number(fault, flown.pack)[1]).flowed_A(flown.time_s, wrong_A)
     inside = slice(20, -20)  # at its ends a shifted current is not known
     left = np.std((undone_A - flown.current_A)[inside])
     assert left < 0.1 * np.sqrt(np.mean((wrong_A - flown.current_A)[inside] ** 2))
+
+
+def test_a_clock_that_is_found_stands_for_the_one_that_the_pack_has_too() -> None:
+    """As the engine puts it in: what it says of a clock is the whole of it."""
+    bare, late = run(), Fault(source="", effect="clock_shift", size=0.5)
+    base = replace(bare, pack=replace(bare.pack, effects=(ClockShift(shift_s=0.2),)))
+    _, whole_s, _ = number(late, base.pack)
+    (clock,) = (h for h in HYPOTHESES if h.id == "clock_shift")
+    (told,) = clock.within(base.pack, [whole_s, 0.0][: len(clock.fitted)]).effects
+    assert isinstance(told, ClockShift)
+    seen_A = faulty(base, late)
+    by_base_A = ClockShift(shift_s=0.2).flowed_A(base.time_s, base.current_A)
+    inside = slice(20, -20)
+    undone_A = told.flowed_A(base.time_s, seen_A)
+    assert undone_A[inside] == pytest.approx(by_base_A[inside], abs=0.05)
 
 
 def test_a_clock_moves_the_samples_that_means_are_of_and_smooths_nothing() -> None:
