@@ -31,12 +31,17 @@ PULSED = (9, 7, 5, 3, 1)  # tenths of charge; 10 s of 1.5C each
 PULSED_CELL = "Cell1"
 FELL_OHM = 0.007  # and more: of the voltage, at once, when a current begins
 FLOWS_A = 1.0  # of a pulse of 7.5 A
+WARM_C = 45  # of a chamber in which each rate is another cell again
 OTHER = "battery/lg_m50/tec/Cell{}_{}_{}degC.csv"
 OTHER_COLUMNS = (3, 7, 8, 13)  # time, voltage, charging current, temperature
 
 
 def rate(raw: SimpleNamespace, degrees: int, name: str) -> RealTest:
-    """One discharge; temperature in the middle of the cell. Each rate has a cell and a mount."""
+    """One discharge; temperature in the middle of the cell.
+
+    Each rate has a cell and a mount, and at WARM_C others: after 0.5C and 1C they cool in 782 and
+    727 s, at 0 to 25 degC in 540 to 543 and 472 to 484 (`cools_s`).
+    """
     test = getattr(getattr(raw, f"T{degrees}"), f"cRate_{name.replace('.', 'p')}")
     whole = RealTest(
         name=f"{name} {degrees} degC",
@@ -44,7 +49,7 @@ def rate(raw: SimpleNamespace, degrees: int, name: str) -> RealTest:
         current_A=_flowing(-test.currVec, test.volVec),
         voltage_V=test.volVec,
         temperature_K=test.cellTemp_mid + ZERO_CELSIUS_K,
-        mount=name,
+        mount=f"{name} {degrees} degC" if degrees == WARM_C else name,
     )
     return discharge_of(on_one_clock(whole))
 

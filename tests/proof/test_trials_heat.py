@@ -170,6 +170,20 @@ def test_heat_is_asked_of_one_mount() -> None:
     assert not any(e.held_out for e in rates), "of its file each rate is another cell's"
 
 
+def test_tests_of_one_mount_cool_alike() -> None:
+    """By what is measured of them at rest afterwards; those at 45 degC are three more cells."""
+    try:
+        raw = matlab(recording(SHARED, lg_m50.RATES))
+    except NotHere as e:
+        pytest.skip(str(e))
+    by_mount: dict[str, list[float]] = {}
+    for name in ("0.5C", "1C"):
+        for degrees in (0, 10, 25, 45):
+            mount = lg_m50.rate(raw, degrees, name).mount
+            by_mount.setdefault(mount, []).append(lg_m50.cools_s(raw, degrees, name))
+    assert all(max(s) < 1.05 * min(s) for s in by_mount.values())
+
+
 def test_a_twin_that_is_told_right_has_all_else_of_one_that_is_not() -> None:
     told = [e for e in ENTRIES if e.kind is Kind.TOLD]
     misstated = [e for e in ENTRIES if e.kind is Kind.MISSTATED]
