@@ -14,6 +14,7 @@ FloatArray = npt.NDArray[np.float64]
 
 FLOWS = 0.5  # of the largest current: the discharge has begun
 JUMP_A = 0.5
+RAW_S, MIXED_S = 3.0, 0.25  # after a jump
 
 
 def until(test: RealTest, share: float) -> RealTest:
@@ -35,14 +36,25 @@ def every(test: RealTest, step_s: float) -> RealTest:
 
 
 def spaced(test: RealTest, step_s: float) -> RealTest:
-    """Samples at least `step_s` apart, and both of each pair between which the current jumps."""
+    """Samples at least `step_s` apart; the last before a jump of the current, and all for RAW_S.
+
+    The first of those, over MIXED_S, have no voltage: it is neither that of before nor of after,
+    where a logger filters or reads in the middle of a jump.
+    """
     jumps = np.abs(np.diff(test.current_A)) > JUMP_A
-    kept = np.append(jumps, True) | np.insert(jumps, 0, True)
+    before = np.append(jumps, False)
+    kept = before | np.insert(jumps, 0, False)
+    at_s = test.time_s[before]
+    since = np.searchsorted(at_s, test.time_s, side="left") - 1  # the last jump before a sample
+    since_s = np.where(since < 0, np.inf, test.time_s - at_s[np.maximum(since, 0)])
+    kept |= since_s < RAW_S
     last = 0
+    kept[[0, -1]] = True
     for k, t in enumerate(test.time_s.tolist()):
         kept[k] |= t - test.time_s[last] >= step_s
         last = k if kept[k] else last
-    return _chosen(test, np.flatnonzero(kept))
+    voltage_V = np.where(since_s < MIXED_S, np.nan, test.voltage_V)
+    return _chosen(replace(test, voltage_V=voltage_V), np.flatnonzero(kept))
 
 
 def binned(test: RealTest, step_s: float) -> RealTest:

@@ -86,6 +86,24 @@ def test_spaced_samples_keep_both_sides_of_a_jump() -> None:
     assert thin.drawn_C[-1] == pytest.approx(30.0 * 31)
 
 
+def test_what_tells_of_a_jump_is_kept_and_what_is_of_neither_side_is_not() -> None:
+    """A logger that filters: its first row of a pulse has half of what is lost, all after 0.3 s."""
+    t = np.round(0.1 * np.arange(600), 3)
+    i = np.where((t >= 20.0) & (t < 30.0), 3.0, 0.0)
+    filtered_A = np.convolve(i, [0.5, 0.3, 0.2])[: t.size]
+    volts = 4.0 - 0.05 * filtered_A
+    thin = spaced(RealTest(name="pulse", time_s=t, current_A=i, voltage_V=volts), 10.0)
+    told = np.isfinite(thin.voltage_V)
+    lost_V = (4.0 - thin.voltage_V)[told]
+    assert lost_V == pytest.approx(0.05 * thin.current_A[told])
+    for begins in (20.0, 30.0):
+        after = (thin.time_s >= begins) & (thin.time_s < begins + 2.9)
+        assert after.sum() == 29
+        assert (after & told).sum() == 27
+    assert thin.time_s.size < 75
+    assert thin.drawn_C[-1] == pytest.approx(30.0)
+
+
 def test_current_and_voltage_of_a_drive_cycle_move_together() -> None:
     """The change of the voltage is that of the current of the same sample, not of the one before.
 
