@@ -36,17 +36,16 @@ def every(test: RealTest, step_s: float) -> RealTest:
 
 
 def spaced(test: RealTest, step_s: float) -> RealTest:
-    """Samples at least `step_s` apart; the last before a jump of the current, and all for RAW_S.
+    """Samples at least `step_s` apart; the last before a jump of the current, all of RAW_S after.
 
-    The first of those, over MIXED_S, have no voltage: it is neither that of before nor of after,
+    The first of those, of MIXED_S, have no voltage: it is neither that of before nor of after,
     where a logger filters or reads in the middle of a jump.
     """
     jumps = np.abs(np.diff(test.current_A)) > JUMP_A
     before = np.append(jumps, False)
     kept = before | np.insert(jumps, 0, False)
-    at_s = test.time_s[before]
-    since = np.searchsorted(at_s, test.time_s, side="left") - 1  # the last jump before a sample
-    since_s = np.where(since < 0, np.inf, test.time_s - at_s[np.maximum(since, 0)])
+    at_s = np.append(-np.inf, test.time_s[before])
+    since_s = test.time_s - at_s[np.searchsorted(at_s, test.time_s) - 1]  # the last jump before
     kept |= since_s < RAW_S
     last = 0
     kept[[0, -1]] = True
