@@ -15,6 +15,7 @@ FloatArray = npt.NDArray[np.float64]
 IntArray = npt.NDArray[np.int64]
 
 WINDOW = 8  # samples either way
+SWITCH, NORMAL = 6.0, 0.6745  # deviations, of which a normal distribution's median is so many
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -64,9 +65,13 @@ class ClockShift:
 
 
 def _off_straight_A(recorded_A: FloatArray) -> float:
-    """Rms of how far samples (n,) are from the straight line between those beside them."""
-    off_A = np.diff(recorded_A, n=2) / 2.0
-    return float(np.sqrt(np.mean(off_A**2))) if off_A.size else 0.0
+    """Rms of how far samples (n,) are from the straight line between those beside them.
+
+    Without switches of the current, which are no gusts.
+    """
+    off_A = np.abs(np.diff(recorded_A, n=2)) / 2.0
+    gusts_A = off_A[off_A <= SWITCH / NORMAL * np.median(off_A)] if off_A.size else off_A
+    return float(np.sqrt(np.mean(gusts_A**2))) if gusts_A.size else 0.0
 
 
 def _within(at_s: FloatArray, time_s: FloatArray) -> FloatArray:
