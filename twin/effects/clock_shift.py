@@ -50,9 +50,8 @@ class ClockShift:
         no samples, and count as noise by how far samples are off straight lines. Not shifted at
         all, it is what was recorded.
         """
-        then_s = np.clip(time_s + self.shift_s, time_s[0], time_s[-1])
         if abs(self.shift_s) >= np.ptp(time_s) or not np.ptp(recorded_A):
-            return np.interp(then_s, time_s, recorded_A)
+            return np.interp(time_s + self.shift_s, time_s, recorded_A)
         one = sparse.csc_array(sparse.eye_array(time_s.size))
         at_s = time_s - self.shift_s
         known = _within(at_s, time_s)
