@@ -155,6 +155,20 @@ class Pack:
         own = tuple(e for e in self.effects if not isinstance(e, InitialSoc))
         return replace(self, initial_soc=1.0 - fuller, soc_by_rest=False, effects=own)
 
+    def emptier(self, drawn_C: float) -> "Pack":
+        """It after so much was drawn, at rest: of each cell that is a share of its own window."""
+        less = drawn_C / self.window_C
+        start = self.numbers()["initial_soc"] - less
+        kept = (e for e in self.effects if not isinstance(e, InitialSoc))
+        own = tuple(
+            replace(e, soc_offset=e.soc_offset - less * (1 / e.capacity_factor - 1))
+            if isinstance(e, WeakCell)
+            else e
+            for e in kept
+        )
+        moved = InitialSoc(offset=start - self.initial_soc)
+        return replace(self, soc_by_rest=False, effects=(*own, moved))
+
     def cell_parameters(self) -> dict[str, float]:
         """The kernel's parameters for one cell of this pack.
 

@@ -54,8 +54,7 @@ def preceded(pack: Pack, load: Load, random: np.random.Generator) -> tuple[Pack,
         current_A=np.append(again.current_A[first:last], load.current_A),
     )
     more_C = float(flowed(pack, whole).drawn_C()[before_s.size])
-    soc = pack.initial_soc + min(more_C, _room_C(pack)) / pack.window_C
-    return replace(pack, initial_soc=soc), whole, before_s.size
+    return pack.emptier(-min(more_C, _room_C(pack))), whole, before_s.size
 
 
 def _again(load: Load) -> Load:

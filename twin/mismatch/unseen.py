@@ -68,7 +68,7 @@ def unseen(
     if not off_C:
         return None
     as_is_V = simulate(wide, load).voltage_V
-    per_C = _per_coulomb(wide, load, as_is_V)
+    per_C = per_coulomb(wide, load, as_is_V)
     if per_C.size < AS_LARGE:
         return None
     random, dt = np.random.default_rng(0), np.diff(load.time_s)
@@ -193,12 +193,12 @@ def walk_C(load: Load) -> float:
     return sqrt(variance_C2 / float(np.sum(dt[even])))
 
 
-def _per_coulomb(pack: Pack, load: Load, as_is_V: FloatArray) -> FloatArray:
+def per_coulomb(pack: Pack, load: Load, as_is_V: FloatArray) -> FloatArray:
     """(m,) [V/C] by how much a voltage (n,) is lower when more charge was drawn before, m <= n."""
-    step = SOC_STEP if pack.initial_soc < SOC_STEP else -SOC_STEP
-    moved_V = simulate(replace(pack, initial_soc=pack.initial_soc + step), load).voltage_V
+    more_C = pack.window_C * (-SOC_STEP if pack.initial_soc < SOC_STEP else SOC_STEP)
+    moved_V = simulate(pack.emptier(more_C), load).voltage_V
     n = min(as_is_V.size, moved_V.size)
-    return np.asarray((moved_V[:n] - as_is_V[:n]) / (step * pack.window_C))
+    return np.asarray((as_is_V[:n] - moved_V[:n]) / more_C)
 
 
 def _with_between(load: Load, drawn_C: FloatArray) -> Load:

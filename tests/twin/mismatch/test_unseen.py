@@ -1,6 +1,7 @@
 """What a current known at its samples leaves open of the charge, and of the voltage at the end."""
 
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -9,12 +10,18 @@ from scipy.signal import lfilter
 from tests.reference.loads import flight
 from tests.twin.mismatch.recordings import pack
 from twin.builtin import load_cell
-from twin.effects import CurrentGain, SensorLag
+from twin.effects import (
+    CurrentGain,
+    InitialSoc,
+    SensorLag,
+    VoltageGain,
+    WeakCell,
+)
 from twin.load import Between, Load
 from twin.mismatch import Flight
 from twin.mismatch.noise import Noise, whitener
 from twin.mismatch.split import as_seen, own_whitener
-from twin.mismatch.unseen import forgotten, unseen, walk_C
+from twin.mismatch.unseen import forgotten, per_coulomb, unseen, walk_C
 from twin.pack import Pack
 from twin.simulate import simulate
 
@@ -99,6 +106,32 @@ def test_thinned_currents_miss_the_end_of_a_discharge_by_what_is_said() -> None:
     assert max(small_V) < 5e-3
     assert np.mean(before) > 100.0
     assert 0.3 < np.mean(ends) < 3.0
+
+
+@pytest.mark.parametrize(
+    "more",
+    [
+        {},
+        {"effects": (InitialSoc(offset=0.02),)},
+        {"effects": (WeakCell(capacity_factor=0.72),)},
+        {"effects": (WeakCell(capacity_factor=0.72, soc_offset=-0.05),), "soc_by_rest": True},
+        {"effects": (VoltageGain(gain=0.97),), "soc_by_rest": True},
+    ],
+)
+def test_a_charge_drawn_before_lowers_every_cell_by_a_share_of_its_own(
+    more: dict[str, Any],
+) -> None:
+    """4 C within 20 s, then a rest: a weak cell near its end was answered for by 0.72 of it."""
+    own = replace(pack(), initial_soc=0.9, **more)
+    time_s = np.arange(1400.0)
+    load = Load(time_s=time_s, current_A=np.where(time_s < 200.0, 0.0, 4.0))
+    brief_A = 0.2 * ((time_s > 5.0) & (time_s < 25.0))
+    drawn = replace(load, current_A=load.current_A + brief_A)
+    drawn_C = float((drawn.drawn_C() - load.drawn_C())[-1])
+    as_is_V, lower_V = simulate(own, load).voltage_V, simulate(own, drawn).voltage_V
+    n = lower_V.size
+    true = (as_is_V[:n] - lower_V) / drawn_C
+    assert per_coulomb(own, load, as_is_V)[n // 3 : n] == pytest.approx(true[n // 3 :], rel=0.02)
 
 
 def test_what_is_forgotten_at_two_rates_is_told_as_that() -> None:
