@@ -114,3 +114,29 @@ def test_samples_whose_current_was_never_recorded_do_not_count(shift_s: float) -
     (own, _), t = finer.fitted[0], true.time_s
     unheard = t > t[-1] - shift_s if shift_s > 0 else t < -shift_s - 1e-9
     assert not own.judged[unheard].any()
+
+
+@pytest.mark.parametrize(("every", "alike"), [(5, {"sensor_lag"}), (1, set())])
+def test_within_half_a_sample_a_clock_and_a_lag_look_alike(every: int, alike: set[str]) -> None:
+    """0.14 s late: at 2 Hz odds of e^7 speak for a lag."""
+    both = [h for h in HYPOTHESES if h.id in {"clock_shift", "sensor_lag"}]
+    finding = explain([sampled(0, every)], [sampled(1, every)], hypotheses=both)
+    (effect,) = finding.effects
+    assert {effect.id, *effect.instead} == {"clock_shift", *alike}
+
+
+def sampled(seed: int, every: int) -> Flight:
+    """Of a clock 0.14 s late, one of so many samples at 10 Hz."""
+    random = np.random.default_rng(9)
+    true = reference_flight(2.2, mean=8.0, peak=24.0, duration_s=240.0, seed=seed)
+    answer = simulate(pack(), Load(time_s=true.time_s, current_A=true.current_A)).require()
+    time_s, voltage_V = true.time_s[::every], answer.voltage_V[::every]
+    recorded_A = np.interp(time_s - 0.14, true.time_s, true.current_A)
+    return Flight(
+        name=f"flight {seed}",
+        pack=pack(),
+        load=Load(time_s=time_s, current_A=recorded_A + random.normal(0.0, 0.08, time_s.size)),
+        voltage_V=voltage_V + random.normal(0.0, 8e-3, time_s.size),
+        judged=np.ones(time_s.size, dtype=bool),
+        motion=np.full(time_s.size, ""),
+    )
