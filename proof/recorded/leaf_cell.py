@@ -43,16 +43,18 @@ def _whole(folder: Path, file: str) -> RealTest:
     """A whole file, with the changes of the current where they were.
 
     A row is written at the end of its interval: the first of a step says by its clock how long ago
-    the current changed, at rest 60 s. There it gets a row of its own, without a voltage.
+    the current changed, at rest 60 s. There it gets a row of its own, without a voltage; so does
+    the first step of a file that begins within a discharge.
     """
     with recording(folder, FOLDER + file).open(encoding="latin-1", newline="") as stream:
         rows = [row for row in csv.reader(stream) if row and row[0].strip() == "No"]
     table = np.array([[float(row[k]) for k in COLUMNS.values()] for row in rows])
     time_s, step_s, charge_A, voltage_V = table.T
-    begins = np.flatnonzero((np.diff(step_s) < 0) & (step_s[1:] > LATE_S)) + 1
+    begins = np.flatnonzero((np.diff(step_s, prepend=np.inf) < 0) & (step_s > LATE_S))
+    changed_s = np.where(begins > 0, time_s[begins - 1] + TICK_S, time_s[0] - step_s[0])
     test = RealTest(
         name=file,
-        time_s=np.insert(time_s, begins, time_s[begins - 1] + TICK_S),
+        time_s=np.insert(time_s, begins, changed_s),
         current_A=-np.insert(charge_A, begins, charge_A[begins]),
         voltage_V=np.insert(voltage_V, begins, np.nan),
         mount="chamber",
@@ -84,7 +86,7 @@ def discharge(folder: Path, times: int, which: int = 0) -> RealTest:
     """
     whole = _whole(folder, DISCHARGES.format(times))
     warm = np.genfromtxt(recording(folder, f"{FOLDER}cell-discharge-temperature-{times}c.lvm"))
-    flows = ((whole.current_A > FLOWS_A) & np.isfinite(whole.voltage_V)).astype(int)
+    flows = (whole.current_A > FLOWS_A).astype(int)
     edges = np.flatnonzero(np.diff(flows, prepend=0, append=0)).reshape(-1, 2)
     first, stop = edges[which].tolist()
     begin_s = whole.time_s[first]

@@ -77,11 +77,14 @@ class RealTest:
         return otherwise_K if self.temperature_K is None else float(self.temperature_K[0])
 
     def reference(self, *, ambient_K: float, between: Between = Between.HOLD) -> ReferenceTest:
-        """As a calibration takes it."""
+        """As a calibration takes it; rows before its first voltage have that, unheard."""
+        heard = np.isfinite(self.voltage_V)
+        early = np.arange(heard.size) < np.argmax(heard)
         return ReferenceTest(
             name=self.name, time_s=self.time_s, current_A=self.current_A,
-            voltage_V=self.voltage_V, between=between, ambient_K=ambient_K,
-            temperature_K=self.temperature_K, mount=self.mount,
+            voltage_V=np.where(early, self.voltage_V[np.argmax(heard)], self.voltage_V),
+            between=between, ambient_K=ambient_K, temperature_K=self.temperature_K,
+            mount=self.mount, unheard=early if early.any() else None,
         )  # fmt: skip
 
 
@@ -121,12 +124,13 @@ def discharge_of(test: RealTest) -> RealTest:
 def recorded_parts(test: RealTest) -> tuple[RealTest, ...]:
     """Its stretches with a voltage that begin after a rest, or with the test.
 
-    Those of a test with gaps have a number in their name.
+    Those of a test with gaps have a number in their name. Before the first voltage of one without
+    there may be rows with a current.
     """
     there = np.isfinite(test.voltage_V)
     edges = np.flatnonzero(np.diff(there.astype(int), prepend=0, append=0)).reshape(-1, 2)
     if len(edges) == 1:
-        return (test.part(slice(*edges[0])),)
+        return (test.part(slice(0, int(edges[0][1]))),)
     before_C = test.drawn_C - np.interp(test.time_s - RESTED_S, test.time_s, test.drawn_C)
     rested = [(a, b) for a, b in edges.tolist() if before_C[a] == 0.0]
     return tuple(

@@ -32,7 +32,8 @@ def pulses(folder: Path) -> RealTest:
     """10 s of 2C either way, then a tenth of the charge at 1C, again and again, at 20 degC.
 
     The logger starts each step's clock anew, at times of its own; the samples are 1 s apart
-    throughout, so a step back or ahead is one PERIOD_S.
+    throughout, so a step back or ahead is one PERIOD_S. Neither file nor source says which cell
+    that was, nor in which mount: it has one of its own.
     """
     text = recording(folder, FOLDER + PULSES).read_text(encoding="latin-1")
     lines = (line.split("\t") for line in text.splitlines())
@@ -42,7 +43,7 @@ def pulses(folder: Path) -> RealTest:
     steps = np.diff(table[:, 0])
     steps[(steps <= 0) | (steps > 2 * PERIOD_S)] = PERIOD_S
     table[:, 0] = np.append(0.0, np.cumsum(steps))
-    return _test("pulses 20 degC", table, "S001")
+    return _test("pulses 20 degC", table, "pulses")
 
 
 def warm_pulses(folder: Path) -> RealTest:

@@ -155,6 +155,24 @@ def test_the_charge_of_a_leafs_pulses_is_what_the_cycler_counted(
     assert (told.mixed() == np.isnan(pulses.voltage_V)).all()  # so no calibration compares them
 
 
+@pytest.mark.parametrize(("times", "lasted_s"), [(1, 3568.8), (2, 1762.3), (3, 1122.4)])
+def test_a_leafs_discharge_begins_when_its_current_does(times: int, lasted_s: float) -> None:
+    """By the clock of its step; its first voltage is a second later, and no calibration has one."""
+    try:
+        whole = leaf_cell.discharge(SHARED, times)
+    except NotHere as e:
+        pytest.skip(str(e))
+    assert whole.time_s[-1] == pytest.approx(lasted_s, abs=2e-3)
+    heard = np.isfinite(whole.voltage_V)
+    assert heard.argmax() == 1
+    assert heard[1:].all()
+    (part,) = recorded_parts(whole)
+    told = part.reference(ambient_K=298.15)
+    assert told.time_s[1] == pytest.approx(1.0, abs=2e-3)
+    assert told.current_A[:2] == pytest.approx(30.6 * times)
+    assert np.flatnonzero(told.mixed()).tolist() == [0]
+
+
 def test_a_row_without_a_voltage_gets_the_one_before() -> None:
     volts = np.array([4.0, np.nan, 3.9, np.nan, np.nan])
     test = RealTest(name="t", time_s=np.arange(5.0), current_A=np.ones(5), voltage_V=volts)

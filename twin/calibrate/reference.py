@@ -42,6 +42,8 @@ class ReferenceTest:
             had one of its own.
         remarks: what was detected, and what this test leaves unknown.
         cells_V: (series, n) of each cell of the pack; None where they were not measured.
+        unheard: (n,) rows with a current but no voltage of their own, that of a row beside them
+            instead; None if there are none.
     """
 
     name: str
@@ -54,6 +56,7 @@ class ReferenceTest:
     mount: str = ""
     remarks: tuple[str, ...] = ()
     cells_V: FloatArray | None = None
+    unheard: BoolArray | None = None
 
     def drawn_C(self) -> FloatArray:
         """(n,) charge drawn from the cell up to each sample."""
@@ -67,8 +70,13 @@ class ReferenceTest:
         )  # fmt: skip
 
     def mixed(self) -> BoolArray:
-        """(n,) rows with the voltage of another current, see `switched.py`: not to be compared."""
-        out = np.zeros(self.time_s.size, dtype=bool)
+        """(n,) rows without a voltage of their own, or with that of another current: `switched.py`.
+
+        They are not to be compared.
+        """
+        out = (
+            np.zeros(self.time_s.size, dtype=bool) if self.unheard is None else self.unheard.copy()
+        )
         out[mixed_rows(self.current_A, self.voltage_V)] = True
         return out
 
