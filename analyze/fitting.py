@@ -112,7 +112,7 @@ def _origin(estimate: Estimate, use: PackUse) -> str:
     """In words: fitted, how well, and what stood there before."""
     std, was = {
         "initial_soc": (
-            f"{fixed(100 * estimate.std, 1)} %", f"{fixed(100 * use.initial_soc, 1)} %",
+            f"{fixed(100 * estimate.std, 1)} %", f"{fixed(100 * use.shown_soc, 1)} %",
         ),
         "capacity_C": (
             f"{ampere_hours(estimate.std, 2)} Ah", f"{ampere_hours(use.capacity_C, 2)} Ah",

@@ -135,7 +135,7 @@ def pack_of(use: PackUse, cell: Cell) -> Pack:
     soc = pack.numbers()["initial_soc"]
     if not 0.0 <= round(soc, 9) <= OVERFULL:
         raise PackError(
-            f"the pack starts at {use.initial_soc:.3f} ({use.origins['initial_soc']}), with the "
+            f"the pack starts at {use.shown_soc:.3f} ({use.origins['initial_soc']}), with the "
             f"offset of initial_soc at {soc:.3f}: expected 0 to {OVERFULL:g}"
         )
     return pack
@@ -199,12 +199,12 @@ def _soc(rest: Known | None, stated: float | None, cell: Cell, series: int) -> K
     if rest is None:
         return Known(value=1.0, origin="not known: a full pack assumed", known=False)
     one = rest.value / series
-    soc = soc_at_rest(cell, one)
-    beyond = abs(open_circuit_V(cell, soc) - one)
+    soc = soc_at_rest(cell, one, OVERFULL)
+    beyond = abs(open_circuit_V(cell, min(soc, 1.0)) - one)
     note = f"; the cell cannot have that, {beyond:.3f} V off" if beyond > BEYOND_V else ""
     origin, off_V = f"{rest.origin}, {one:.3f} V a cell{note}", hypot(REST_V, rest.std / series)
     ends = [
-        abs(soc_at_rest(cell, one + side * far * off_V) - soc) / far
+        abs(soc_at_rest(cell, one + side * far * off_V, OVERFULL) - soc) / far
         for side in (-1.0, 1.0)
         for far in AROUND
     ]

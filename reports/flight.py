@@ -49,7 +49,8 @@ class PackUse:
         temperature_known: False if it was not measured.
         cooling_known: False if nobody stated the heat transfer.
         serial: the pack's own number, "" if unknown.
-        initial_soc: state of charge at the start of the recording, 0..1.
+        initial_soc: state of charge at the start of the recording, 0..1; more if a voltage at rest
+            is above that of a full cell, see `Pack`.
         soc_std: its standard deviation; `UNTOLD` if neither a rest nor the pack file tells it.
         initial_K: temperature of the pack at the start.
         ambient_K: temperature of the air.
@@ -89,6 +90,11 @@ class PackUse:
     mechanics: Mechanics
     origins: Mapping[str, str]
     fitting: Fitting | None = None
+
+    @property
+    def shown_soc(self) -> float:
+        """State of charge at the start, 0..1."""
+        return min(self.initial_soc, 1.0)
 
     @property
     def soc_known(self) -> bool:

@@ -245,7 +245,7 @@ def _provenance(report: FlightReport, files: tuple[str, ...]) -> ProvenancePart:
         version=made.version,
         cell=pack.cell_source,
         parameters=ParametersPart(
-            initial_soc=pack.initial_soc,
+            initial_soc=pack.shown_soc,
             initial_temperature_c=pack.initial_K - ZERO_CELSIUS_K,
             ambient_c=pack.ambient_K - ZERO_CELSIUS_K,
             heat_transfer_W_m2_K=pack.heat_transfer_W_m2_K,

@@ -21,9 +21,10 @@ def open_circuit_V(cell: Cell, soc: float) -> float:
     return _curve(cell)(soc)
 
 
-def soc_at_rest(cell: Cell, voltage_V: float) -> float:
-    """State of charge, 0 to 1, at which a cell rests at a voltage; the nearer end beyond them."""
-    return _root(lambda soc: open_circuit_V(cell, soc) - voltage_V, 1.0)
+def soc_at_rest(cell: Cell, voltage_V: float, most: float = 1.0) -> float:
+    """State of charge, 0 to `most`, at which a cell rests at a voltage; the nearer end beyond."""
+    most = most if isfinite(open_circuit_V(cell, most)) else 1.0
+    return _root(lambda soc: open_circuit_V(cell, soc) - voltage_V, most)
 
 
 def starts_V(

@@ -81,6 +81,8 @@ class Pack:
             curve of `cell`. That voltage stays, not the charge: beside a weak cell that starts
             emptier the others start fuller; other windows, hysteresis, a sensor that reads too
             high, or a temperature at which the cell rests beside its curve mean another charge.
+            More than 1, OVERFULL at most, is a voltage above that of a full cell: full, if
+            nothing of that says otherwise.
         initial_K: temperature at the start.
         heat_transfer_W_m2_K: to the air, where it is stated. The pack is warmed by its losses only
             with `SelfHeating`, which has a number of its own; this one is what to expect of it.
@@ -115,7 +117,7 @@ class Pack:
         for name, low, high in (
             ("series", 1, 1000),
             ("parallel", 1, 10_000),
-            ("initial_soc", 0.0, 1.0),
+            ("initial_soc", 0.0, OVERFULL if self.soc_by_rest else 1.0),
             ("initial_K", 200.0, 400.0),
         ):
             value = getattr(self, name)
@@ -128,7 +130,7 @@ class Pack:
             raise PackError(f"capacity_C = {self.capacity_C}: expected a positive number")
         check_weak(self.weak, self.series)
         for weak in self.weak:
-            if not 0.0 <= self.initial_soc + weak.soc_offset <= OVERFULL:
+            if not 0.0 <= min(self.initial_soc, 1.0) + weak.soc_offset <= OVERFULL:
                 raise PackError(
                     f"weak_cell: soc_offset = {weak.soc_offset} beside initial_soc = "
                     f"{self.initial_soc}: expected 0 to {OVERFULL} together"
@@ -166,8 +168,9 @@ class Pack:
             else e
             for e in kept
         )
-        moved = InitialSoc(offset=start - self.initial_soc)
-        return replace(self, soc_by_rest=False, effects=(*own, moved))
+        told = min(self.initial_soc, 1.0)
+        moved = InitialSoc(offset=start - told)
+        return replace(self, initial_soc=told, soc_by_rest=False, effects=(*own, moved))
 
     def cell_parameters(self) -> dict[str, float]:
         """The kernel's parameters for one cell of this pack.
@@ -287,8 +290,11 @@ class Pack:
         offsets, gain = [w.soc_offset for w in self.weak], self.terminals / self.series
         rests_V = starts_V(self.cell, values, self.start_K)
         told_V = open_circuit_V(self.cell, self.initial_soc) / gain
-        if not any(offsets) and abs(rests_V(self.initial_soc) - told_V) < SAME_V:
-            return self.initial_soc
+        if self.initial_soc > 1.0:
+            told_V = min(told_V, open_circuit_V(self.cell, 1.0))
+        soc = min(self.initial_soc, 1.0)
+        if not any(offsets) and abs(rests_V(soc) - told_V) < SAME_V:
+            return soc
         return soc_of_others(rests_V, self.series, offsets, told_V)
 
     def _named_weak(self) -> list[tuple[str, WeakCell]]:

@@ -189,7 +189,7 @@ def _of_tests(request: Request) -> int:
     with asked_to_stop("step") as stop, refusing():
         best = _fitted(request, problem, start, journal, stop)
         whole = not stop()
-        parted = part(best, tests, parallel=pack.parallel, soc=use.initial_soc) if whole else None
+        parted = part(best, tests, parallel=pack.parallel, soc=use.shown_soc) if whole else None
         if parted:
             best, tests = parted.best, list(parted.tests)
             frame = replace(frame, unlike=parted.unlike)

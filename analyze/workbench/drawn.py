@@ -234,7 +234,7 @@ def pack_lines(use: PackUse) -> str:
     """The pack in words, with the origin of what was a choice."""
     said = {
         "capacity_C": f"capacity {ampere_hours(use.capacity_C, 2)} Ah",
-        "initial_soc": f"charge at the start {fixed(100 * use.initial_soc, 1)} %",
+        "initial_soc": f"charge at the start {fixed(100 * use.shown_soc, 1)} %",
         "initial_K": f"temperature at the start {celsius(use.initial_K)} °C",
         "ambient_K": f"air {celsius(use.ambient_K)} °C",
     }

@@ -68,7 +68,7 @@ def _rows(report: FlightReport, played: Replay) -> tuple[Row, ...]:
         ),
         Row(
             label="State of charge at the start",
-            value=fixed(100 * pack.initial_soc, 1),
+            value=fixed(100 * pack.shown_soc, 1),
             unit="%",
             note=pack.origins.get("initial_soc", ""),
         ),

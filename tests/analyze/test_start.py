@@ -13,7 +13,7 @@ from reports.flight import PackUse
 from tests.reports import example
 from twin.at_rest import open_circuit_V
 from twin.builtin import builtin_text, load_cell
-from twin.effects import AnyEffect, InitialSoc, WeakCell
+from twin.effects import AnyEffect, InitialSoc, VoltageGain, WeakCell
 from twin.load_csv import LoadTable
 from twin.mismatch import START_SOC
 from twin.pack import PackError
@@ -152,8 +152,22 @@ def test_a_log_that_starts_in_the_air_is_said_to_have_no_rest() -> None:
 
 def test_a_voltage_the_cell_cannot_have_is_owned_up_to() -> None:
     use = pack_use(recorded(example.CURRENT, 17.4, 0.03), None, CELL, builtin=True)
-    assert use.initial_soc == 1.0
+    assert use.shown_soc == 1.0
     assert "4.350 V a cell; the cell cannot have that, 0.150 V off" in use.origins["initial_soc"]
+
+
+def test_a_voltage_above_full_starts_full_unless_its_sensor_reads_high() -> None:
+    """By 0.4 %: what a full pack's start was told by then is what it has, not 0.4 % less."""
+    series = 4
+    full_V = open_circuit_V(CELL, 1.0)
+    use = pack_use(
+        recorded(example.CURRENT, 1.004 * full_V * series, 0.03), None, CELL, builtin=True
+    )
+    assert use.shown_soc == 1.0
+    own = pack_of(use, CELL)
+    for gain, rests_V in ((1.0, full_V), (1.004, full_V), (1.01, 1.004 / 1.01 * full_V)):
+        starts = replace(own, effects=(VoltageGain(gain=gain),)).numbers()["initial_soc"]
+        assert open_circuit_V(CELL, starts) == pytest.approx(rests_V, abs=2e-4)
 
 
 def test_neither_rest_nor_slope_is_a_full_pack_and_said_so() -> None:

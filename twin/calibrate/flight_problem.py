@@ -137,7 +137,7 @@ def quantities(pack: Pack, flown: Flown, known: Known) -> tuple[Quantity, ...]:
 
 def _soc(pack: Pack, known: Known) -> Quantity:
     parameter = Parameter(
-        name="initial_soc", unit="", mean=pack.initial_soc,
+        name="initial_soc", unit="", mean=min(pack.initial_soc, 1.0),
         std=REST_SOC_STD if known.soc else NO_REST_SOC_STD, lower=0.0, upper=1.0,
     )  # fmt: skip
     return Quantity(parameter, lambda p, value: replace(p, initial_soc=min(max(value, 0.0), 1.0)))

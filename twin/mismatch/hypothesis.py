@@ -135,9 +135,10 @@ class Hypothesis:
         by holding more than new cells scatter by.
         """
         limits = {p.name: (p.lower, p.upper) for p in self.parameters}
+        start = min(pack.initial_soc, 1.0)
         for name in ("offset", "soc_offset"):
             if name in limits and self.kind in (InitialSoc, WeakCell):
-                limits[name] = (-pack.initial_soc, 1.0 - pack.initial_soc)
+                limits[name] = (-start, 1.0 - start)
         if self.kind is WeakCell:
             own = self.present(pack)
             for name, (least, most) in WEAK.items():

@@ -14,6 +14,7 @@ import numpy as np
 import numpy.typing as npt
 from scipy.linalg import block_diag
 
+from twin.at_rest import OVERFULL
 from twin.kernel import Backend
 from twin.lanes import LANES
 from twin.mismatch.bagged import stretches
@@ -118,7 +119,7 @@ class Problem:
         both = zip(self._terms, own, strict=True)
         ends = [tuple(coordinate_of(p, v) / d for v in limits) for (p, limits), d in both]
         ends += [
-            (-p.initial_soc / f.start_std, (1.0 - p.initial_soc) / f.start_std)
+            (-p.initial_soc / f.start_std, (_fullest(p) - p.initial_soc) / f.start_std)
             for p, f in zip(self._packs, self.flights, strict=True)
         ]
         low, high = zip(*ends, strict=True)
@@ -183,7 +184,7 @@ class Problem:
             pack = h.within(pack, [next(given) for _ in h.fitted])
         moved = self.flights[flight].start_std * float(q[len(self._terms) + flight])
         start = pack.initial_soc + moved
-        return replace(pack, initial_soc=min(max(start, 0.0), 1.0))
+        return replace(pack, initial_soc=min(max(start, 0.0), _fullest(pack)))
 
     def residual_V(self, q: FloatArray, flight: int) -> FloatArray:
         """(n,) recorded minus simulated, see `left_V`."""
@@ -330,6 +331,11 @@ class Problem:
 
     def _columns(self, flight: int) -> list[int]:
         return [*range(len(self._terms)), len(self._terms) + flight]
+
+
+def _fullest(pack: Pack) -> float:
+    """Most that its start may be stated as."""
+    return OVERFULL if pack.soc_by_rest else 1.0
 
 
 def rms(values: FloatArray) -> float:

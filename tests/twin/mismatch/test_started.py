@@ -7,8 +7,8 @@ import pytest
 
 from tests.twin.mismatch.recordings import flown
 from tests.twin.mismatch.test_begun import OURS, late
-from twin.at_rest import OVERFULL
-from twin.effects import AnyEffect, InitialSoc, SeriesResistance, WeakCell
+from twin.at_rest import OVERFULL, open_circuit_V, soc_at_rest
+from twin.effects import AnyEffect, InitialSoc, SeriesResistance, VoltageGain, WeakCell
 from twin.mismatch import UNTOLD, Flight, Verdict, explain
 from twin.mismatch.fit import fit
 from twin.mismatch.hypothesis import HYPOTHESES
@@ -51,6 +51,22 @@ def test_a_weak_cell_never_starts_with_a_charge_that_none_has(offset: float) -> 
     found = started(replace(flight, pack=weak)).pack
     assert found.initial_soc + min(offset, 0.0) >= 0.0
     assert found.initial_soc + max(offset, 0.0) <= OVERFULL
+
+
+@pytest.mark.parametrize("gain", [0.996, 1.004])
+def test_a_sensor_that_reads_high_is_found_on_full_packs_too(gain: float) -> None:
+    """The rest that tells their start reads more than any cell has."""
+    effect = VoltageGain(gain=gain)
+    flights = [flown((effect,), seed=seed) for seed in (1, 2)]
+    cell = flights[0].pack.cell
+    soc = soc_at_rest(cell, gain * open_circuit_V(cell, 1.0), OVERFULL)
+    told = replace(flights[0].pack, initial_soc=soc, soc_by_rest=True)
+    one, other = (replace(flight, pack=told) for flight in flights)
+    kinds = {"voltage_gain", "current_offset", "ocv_hysteresis", "initial_soc"}
+    found = explain([one], [other], hypotheses=[h for h in HYPOTHESES if h.id in kinds])
+    assert [e.id for e in found.effects] == ["voltage_gain"]
+    size = found.effects[0].parameters[0]
+    assert abs(size.value - gain) < 3.0 * size.std < 1e-3
 
 
 def test_a_start_that_is_told_stays_as_it_is() -> None:
