@@ -8,7 +8,7 @@ import numpy as np
 
 from twin.mismatch.choose import ALIKE, NEARLY_ALL, Model, judged, scale_of
 from twin.mismatch.finding import Candidate, NamedEffect, Value, Verdict
-from twin.mismatch.fit import Fitted
+from twin.mismatch.fit import OWN_ERROR, Fitted
 from twin.mismatch.hypothesis import Hypothesis
 from twin.mismatch.problem import rms
 from twin.mismatch.sizes import uncertainty
@@ -36,10 +36,6 @@ is not quite the right one. Nearer, what is left has to be noise."""
 CELL_V = 0.1
 """Of a cell: what may be left in that case. Calibrated twins miss 10 to 90 mV of tests that they
 have not seen (`benchmarks/calibration_real.py`); more is not explained."""
-OWN_ERROR = 2.0
-"""Times the stated error of a twin, likewise: at other rates and in other air than those of its
-calibration it errs more (`benchmarks/calibration_real.py`: LG M50 19 mV at 0.5C and 25 degC, 46 at
-1C and 10 degC)."""
 AS_STATED = 2.0
 """Standard errors that a pack states of a number: within, it is known to be so, not left out."""
 UNBELIEVED = 3.0
@@ -112,16 +108,24 @@ def _enough(models: Sequence[Model], stated_V: float) -> tuple[Model, ...]:
 
     Its error is no noise of a known kind: what more effects take from it speaks for none of them.
     Of as few, those with none within its stated errors come first: one as fast as the noise would
-    decide, however little it changes. None has a number that the pack states to be another.
+    decide, however little it changes. None has a number that the pack states to be another. Where
+    fewer effects, which leave more, are likelier than all of them, it is those.
     """
-    most_V = OWN_ERROR * stated_V
-    within = [
-        m.fitted for m in models if m.ids and _within(m.fitted, most_V) and _believed(m.fitted)
-    ]
-    least = min((len(f.ids) for f in within), default=0)
-    fewest = [f for f in within if len(f.ids) == least]
-    news = [f for f in fewest if not _as_stated(f)]
-    return judged(news or fewest) if fewest else ()
+    believed = [m for m in models if m.ids and _believed(m.fitted)]
+    within = [m for m in believed if m.fitted.within(OWN_ERROR * stated_V)]
+    fewest = _of_fewest(within)
+    if not fewest:
+        return ()
+    top = max(m.log_evidence for m in fewest)
+    smaller = [m for m in believed if len(m.ids) < len(fewest[0].ids) and m.log_evidence > top]
+    chosen = [m.fitted for m in _of_fewest(smaller) or fewest]
+    return judged([f for f in chosen if not _as_stated(f)] or chosen)
+
+
+def _of_fewest(models: Sequence[Model]) -> list[Model]:
+    """Those with the fewest effects."""
+    least = min((len(m.ids) for m in models), default=0)
+    return [m for m in models if len(m.ids) == least]
 
 
 def _as_stated(fitted: Fitted) -> bool:
@@ -189,18 +193,12 @@ def _misleads(fitted: Fitted, without: Fitted) -> bool:
     return more > 2.0 * chance_V * rms(left_V - before_V)
 
 
-def _within(fitted: Fitted, most_V: float) -> bool:
-    """All that is missed beside noise, fitted or held out, is less."""
-    there = fitted.rms_V() < hypot(most_V, fitted.problem.noise_V)
-    return there and fitted.held_out_rms_V() < hypot(most_V, fitted.judge.noise_V)
-
-
 def _errs_as_stated(null: Fitted, stated_V: float) -> bool:
     """The twin misses no more beside noise, with its starts fitted or as configured."""
     as_configured_V = null.problem.rms_V(np.zeros(null.problem.size))
     configured = as_configured_V < hypot(stated_V, null.problem.noise_V)
     ahead = null.held_out_rms_V() < hypot(stated_V, null.judge.noise_V)
-    return _within(null, stated_V) or (configured and ahead)
+    return null.within(stated_V) or (configured and ahead)
 
 
 def _changes_V(fitted: Fitted, null: Fitted) -> tuple[float, float]:
@@ -218,7 +216,7 @@ def _series(fitted: Fitted) -> int:
 
 def nothing_left(fitted: Fitted) -> bool:
     """Nothing but noise, or what the numerics of two solvers differ by."""
-    return white(fitted) or _within(fitted, NUMERICS_V * _series(fitted))
+    return white(fitted) or fitted.within(NUMERICS_V * _series(fitted))
 
 
 def white(fitted: Fitted) -> bool:

@@ -11,7 +11,7 @@ from twin.effects import SelfHeating
 from twin.mismatch.choose import Model
 from twin.mismatch.decide import decide, most_of_noise
 from twin.mismatch.finding import Verdict
-from twin.mismatch.fit import excess_of
+from twin.mismatch.fit import Fitted, excess_of
 from twin.mismatch.hypothesis import PRIOR
 
 NOISE_V = 0.0004
@@ -77,6 +77,9 @@ class Fit:
 
     def held_out_rms_V(self) -> float:
         return self.ahead_V
+
+    def within(self, most_V: float) -> bool:
+        return Fitted.within(cast(Any, self), most_V)
 
     def started_V(self) -> Any:
         return np.full(1000, self.ahead_V) if self.left_V is None else self.left_V
@@ -191,6 +194,17 @@ def test_beside_an_effect_that_leaves_what_the_twin_may_err_by_no_other_is_named
     pair = model(Fit(("ocv_hysteresis", "self_heating"), 0.003, 0.003), 0.0, 1.0)
     found = decide([pair, alone, worse, null], 1.0, stated_V=stated_V)
     assert found.model.ids == ids
+
+
+@pytest.mark.parametrize(("less", "ids"), [(1.0, ("heat",)), (-1.0, ("clock", "cold"))])
+def test_more_effects_that_are_less_likely_replace_none(less: float, ids: tuple[str, ...]) -> None:
+    """They leave what the twin may err by, and the likelier one a little more."""
+    null = model(Fit((), 0.1, 0.1, excess=500.0, evidence=-900.0), -900.0, 0.0)
+    alone = model(Fit(("heat",), 0.024, 0.024), 0.0, 0.9)
+    pair = model(Fit(("clock", "cold"), 0.015, 0.015), -less, 0.1)
+    for own in (alone, pair):
+        cast(Any, own.fitted).problem = problem(*own.ids)
+    assert decide([alone, pair, null], 1.0, stated_V=0.010).model.ids == ids
 
 
 @pytest.mark.parametrize(("noise_V", "ids"), [(0.025, ("heat",)), (0.003, ("clock", "heat"))])
