@@ -28,9 +28,9 @@ MOST_FOLLOWED = 3  # of the starts, those that miss least
 SMALL_GAIN = 1e-3  # of the cost, expected of the last step: what is left after it is far less
 LITTLE = 2.0  # squares
 OWN_ERROR = 2.0
-"""Times the stated error of a twin, likewise: at other rates and in other air than those of its
-calibration it errs more (`benchmarks/calibration_real.py`: LG M50 19 mV at 0.5C and 25 degC, 46 at
-1C and 10 degC)."""
+"""Times the stated error of a twin, which may be left: at other rates and in other air than those
+of its calibration it errs more (`benchmarks/calibration_real.py`: LG M50 19 mV at 0.5C and 25 degC,
+46 at 1C and 10 degC)."""
 SAME_WAY = 0.1  # deviations of the prior, between points on two ways down
 Known = Mapping[str, Mapping[str, float]]  # hypothesis -> number -> value
 
