@@ -18,7 +18,8 @@ CLOSE = 1e-4
 def started(flight: Flight) -> Flight:
     """It starts where the twin as configured is nearest to it, rms; as it is if its start is told.
 
-    What was left out moves that: it is fitted again, within `start_std`, beside every effect.
+    What was left out moves that: it is fitted again, within `start_std`, beside every effect. No
+    rest tells it then, and none above full.
     """
     if flight.start_told or not flight.judged.any():
         return flight
@@ -38,7 +39,8 @@ def started(flight: Flight) -> Flight:
         method="bounded",
         options={"xatol": CLOSE},
     )
-    return replace(flight, pack=replace(flight.pack, initial_soc=float(best.x)))
+    told = replace(flight.pack, initial_soc=float(best.x), soc_by_rest=False)
+    return replace(flight, pack=told)
 
 
 def starts_of(fitted: Fitted) -> dict[str, tuple[float, float]]:

@@ -53,6 +53,15 @@ def test_a_weak_cell_never_starts_with_a_charge_that_none_has(offset: float) -> 
     assert found.initial_soc + max(offset, 0.0) <= OVERFULL
 
 
+def test_a_start_that_a_rest_tells_badly_is_never_above_full() -> None:
+    """Under load, or of a flat cell: as any other that is not told."""
+    flight = flown([VoltageGain(gain=1.004)], seed=1)
+    badly = replace(flight.pack, initial_soc=1.05, soc_by_rest=True)
+    told = started(replace(flight, pack=badly, start_std=UNTOLD))
+    own = fit(split([told], ()), ())
+    assert starts_of(own)["flight 1"][0] <= 1.0
+
+
 @pytest.mark.parametrize("gain", [0.996, 1.004])
 def test_a_sensor_that_reads_high_is_found_on_full_packs_too(gain: float) -> None:
     """The rest that tells their start reads more than any cell has."""
