@@ -24,9 +24,9 @@ def contradiction(
 ) -> tuple[Decision, tuple[str, ...]]:  # fmt: skip
     """`together`, or that it is ambiguous, with what each recording says.
 
-    It is if every recording alone is at the noise with one effect at most, and they do not agree:
-    then that is all that is unexplained. What all say alike, and is not so of all together, is what
-    each is too short to tell apart from something else.
+    It is if every recording alone is at the noise with one effect at most, and they do not agree,
+    in these or what looks like them: then that is all that is unexplained. What all say alike, and
+    is not so of all together, is what each is too short to tell apart from something else.
     """
     own = {flight.name: flight for flight in flights}
     if together.verdict is not Verdict.UNKNOWN or len(own) == 1:
@@ -56,13 +56,27 @@ def contradiction(
 
 
 def agree(decisions: Sequence[Decision]) -> bool:
-    """All have the same effects, with numbers within AGREEING of their deviations of each other."""
-    told = [{(e.id, v.name): v for e in d.effects for v in e.parameters} for d in decisions]
-    ids = {tuple(e.id for e in d.effects) for d in decisions}
-    return len(ids) == 1 and all(
-        abs(a[name].value - b[name].value) < AGREEING * hypot(a[name].std, b[name].std)
-        for a, b in combinations(told, 2)
-        for name in a.keys() & b.keys()
+    """Of any two each has effects that may be one of the other's."""
+    return all(
+        len(a.effects) == len(b.effects)
+        and all(any(_may_be_one(e, other) for other in b.effects) for e in a.effects)
+        for a, b in combinations(decisions, 2)
+    )
+
+
+def _may_be_one(one: NamedEffect, other: NamedEffect) -> bool:
+    """They, or what looks like them, with numbers within AGREEING of their deviations."""
+    both = [{e.id: e.parameters, **e.instead} for e in (one, other)]
+    return any(_near(both[0][name], both[1][name]) for name in both[0].keys() & both[1].keys())
+
+
+def _near(one: Sequence[Value], other: Sequence[Value]) -> bool:
+    """In all numbers that both tell."""
+    own, others = ({v.name: v for v in values} for values in (one, other))
+    return all(
+        abs(own[name].value - others[name].value)
+        < AGREEING * hypot(own[name].std, others[name].std)
+        for name in own.keys() & others.keys()
     )
 
 

@@ -19,10 +19,14 @@ from twin.mismatch.finding import NamedEffect, Value
 GAINS = [h for h in HYPOTHESES if h.id == "current_gain"]
 
 
-def said(effect: str, value: float, std: float = 0.01) -> Any:
-    numbers = (Value(name="shift_s", value=value, std=std, unit="s"),)
+def shift(value: float, std: float = 0.01) -> tuple[Value, ...]:
+    return (Value(name="shift_s", value=value, std=std, unit="s"),)
+
+
+def said(effect: str, value: float, **instead: float) -> Any:
+    alike = {name: shift(own) for name, own in instead.items()}
     named = NamedEffect(
-        id=effect, pack_id=effect, probability=1.0, parameters=numbers, instead={},
+        id=effect, pack_id=effect, probability=1.0, parameters=shift(value), instead=alike,
         equation="", source="", signature="",
     )  # fmt: skip
     return SimpleNamespace(effects=(named,) if effect else ())
@@ -35,6 +39,9 @@ def said(effect: str, value: float, std: float = 0.01) -> Any:
         ([said("clock_shift", 0.08), said("clock_shift", 0.13)], False),
         ([said("clock_shift", 0.08), said("clock_shift", 0.10), said("clock_shift", 0.13)], False),
         ([said("clock_shift", 0.08), said("sensor_lag", 0.08)], False),
+        ([said("clock_shift", 0.08), said("sensor_lag", 0.2, clock_shift=0.10)], True),
+        ([said("clock_shift", 0.08), said("sensor_lag", 0.08, clock_shift=0.13)], False),
+        ([said("cold_pack", 1.0, clock_shift=0.1), said("sensor_lag", 0.2, clock_shift=0.1)], True),
         ([said("clock_shift", 0.08), said("", 0.0)], False),
         ([said("", 0.0), said("", 0.0)], True),
     ],
