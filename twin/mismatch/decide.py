@@ -36,6 +36,8 @@ is not quite the right one. Nearer, what is left has to be noise."""
 CELL_V = 0.1
 """Of a cell: what may be left in that case. Calibrated twins miss 10 to 90 mV of tests that they
 have not seen (`benchmarks/calibration_real.py`); more is not explained."""
+AT_MOST = 3.0
+"""Times the stated error of a twin: the worst of 19 real controls is missed by 2.4 of it."""
 AS_STATED = 2.0
 """Standard errors that a pack states of a number: within, it is known to be so, not left out."""
 UNBELIEVED = 3.0
@@ -109,16 +111,25 @@ def _enough(models: Sequence[Model], stated_V: float) -> tuple[Model, ...]:
     Its error is no noise of a known kind: what more effects take from it speaks for none of them.
     Of as few, those with none within its stated errors come first: one as fast as the noise would
     decide, however little it changes. None has a number that the pack states to be another. Where
-    fewer effects, which leave more, are likelier than all of them, it is those.
+    fewer effects, which leave more, are likelier than all of them, it is those. Beside them are as
+    few that are as likely and leave up to AT_MOST of it.
     """
     believed = [m for m in models if m.ids and _believed(m.fitted)]
     within = [m for m in believed if m.fitted.within(OWN_ERROR * stated_V)]
     fewest = _of_fewest(within)
     if not fewest:
         return ()
-    top = max(m.log_evidence for m in fewest)
-    smaller = [m for m in believed if len(m.ids) < len(fewest[0].ids) and m.log_evidence > top]
-    chosen = [m.fitted for m in _of_fewest(smaller) or fewest]
+    top, least = max(m.log_evidence for m in fewest), len(fewest[0].ids)
+    smaller = [m for m in believed if len(m.ids) < least and m.log_evidence > top]
+    beside = [
+        m
+        for m in believed
+        if len(m.ids) == least
+        and m not in fewest
+        and top - m.log_evidence < ALIKE
+        and m.fitted.within(AT_MOST * stated_V)
+    ]
+    chosen = [m.fitted for m in _of_fewest(smaller) or [*fewest, *beside]]
     return judged([f for f in chosen if not _as_stated(f)] or chosen)
 
 

@@ -207,6 +207,23 @@ def test_more_effects_that_are_less_likely_replace_none(less: float, ids: tuple[
     assert decide([alone, pair, null], 1.0, stated_V=0.010).model.ids == ids
 
 
+@pytest.mark.parametrize(
+    ("left_V", "less", "alike"),
+    [(0.022, 0.4, ("cold",)), (0.022, 3.4, ()), (0.022, -3.4, ()), (0.032, 0.4, ())],
+)
+def test_what_is_as_likely_and_leaves_a_little_more_looks_like_it(
+    left_V: float, less: float, alike: tuple[str, ...]
+) -> None:
+    """The one leaves just less than twice what the twin is stated to err by."""
+    null = model(Fit((), 0.1, 0.1, excess=500.0, evidence=-900.0), -900.0, 0.0)
+    heat, cold = _with_effect("heat", 0.019, 1.0), _with_effect("cold", left_V, 1.0)
+    heat.fitted_V, cold.fitted_V, cold.evidence = 0.019, left_V, -less
+    found = decide([model(heat, 0.0, 0.6), model(cold, -less, 0.4), null], 1.0, stated_V=0.010)
+    (effect,) = found.effects
+    assert effect.equivalent == alike
+    assert effect.id == ("cold" if less < 0.0 else "heat")
+
+
 @pytest.mark.parametrize(("noise_V", "ids"), [(0.025, ("heat",)), (0.003, ("clock", "heat"))])
 def test_a_recording_is_judged_by_its_own_noise(noise_V: float, ids: tuple[str, ...]) -> None:
     """What is fitted has more noise than what is held out, which is no want of an effect."""
