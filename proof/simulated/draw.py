@@ -48,6 +48,8 @@ on too: what reads high at rest reads high when empty, a branch is left, an empt
 first, and what leaks or strips goes on. These two make a rest that is none: a leak of 0.3 A lowers
 what is read by 0.005, 3000 mol/m3 that strip raise it by 0.007.
 """
+ABOVE, LESS = {"ocv_hysteresis", "plating_stripping"}, 0.04
+"""These rest above the voltage of their charge: a charger has filled them when they hold less."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -185,9 +187,9 @@ def _begun(rng: np.random.Generator, effects: Sequence[str]) -> float:
 
 def _rest(rng: np.random.Generator, effects: Sequence[str], begun: float) -> Rest | None:
     idle_A = float(rng.uniform(*IDLE_A)) if rng.random() < IDLE else 0.0
-    rest = Rest(
-        soc=float(rng.uniform(*FULL_SOC)), seconds=float(rng.uniform(*REST_S)), idle_A=idle_A
-    )
+    less = 0.0 if ABOVE.isdisjoint(effects) else LESS
+    soc = float(rng.uniform(*FULL_SOC)) - less
+    rest = Rest(soc=soc, seconds=float(rng.uniform(*REST_S)), idle_A=idle_A)
     stated = begun or not STATED.isdisjoint(effects) or rng.random() >= BY_REST
     return None if stated else rest
 

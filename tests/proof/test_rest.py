@@ -12,7 +12,7 @@ from analyze.workbench.drawn import Ask, read_drawn
 from proof.question import PACK
 from proof.simulated import draw as drawing
 from proof.simulated.configured import Configured
-from proof.simulated.draw import FULL_SOC, REST_S, STATED, Drawn, draw
+from proof.simulated.draw import ABOVE, FULL_SOC, REST_S, STATED, Drawn, draw
 from proof.simulated.faults import FAULTS, Traces
 from proof.simulated.flights import TrueFlight, true_flight
 from proof.simulated.rest import Rest, read
@@ -29,7 +29,9 @@ def test_one_log_in_six_has_its_start_told_by_a_rest_where_that_can_be_asked() -
     rested = [d for d in drawn if d.told_by_rest]
     assert 0.11 < len(rested) / 300 < 0.22
     assert all(STATED.isdisjoint(d.effects) and d.before == 0.0 for d in rested)
-    full = np.array([d.told.start_soc for d in rested])
+    full = np.array([d.told.start_soc for d in rested if ABOVE.isdisjoint(d.effects)])
+    above = [d.told.start_soc for d in rested if not ABOVE.isdisjoint(d.effects)]
+    assert 0.91 <= min(above) < max(above) <= 0.96
     assert FULL_SOC[0] <= full.min() < 0.96 < 0.99 < full.max() <= FULL_SOC[1]
     rests = [d.told_by_rest for d in rested if d.told_by_rest]
     assert all(rest.soc == d.told.start_soc for rest, d in zip(rests, rested, strict=True))
@@ -109,6 +111,23 @@ def test_a_rest_that_is_taken_for_none_is_out_of_reach() -> None:
     assert known_start(TOLD, FAULTS["current_offset"](seen, 0.3)).start_soc > 0.95
     with pytest.raises(OutOfReachError, match=r"1\.20 A is taken for none"):
         known_start(TOLD, FAULTS["current_offset"](seen, 1.2))
+
+
+def test_no_charger_leaves_a_pack_that_rests_above_a_full_one_whatever_a_sensor_shows() -> None:
+    pytest.importorskip("pybamm", reason="PyBaMM makes the truths")
+    from proof.simulated.flown import Flown
+    from proof.simulated.solves import OutOfReachError
+    from proof.simulated.strength import missed_V
+
+    flight, seen = flown()
+    high = FAULTS["voltage_gain"](seen, 0.02)
+    sensor, pack = (
+        Flown(recorded=high, cells_V=v[None], temperature_K=seen.time_s, flight=flight)
+        for v in (seen.voltage_V, high.voltage_V)
+    )
+    assert missed_V(TOLD, sensor) > 0.1
+    with pytest.raises(OutOfReachError, match=r"4\.254 V a cell: a charger stops at 4\.200"):
+        missed_V(TOLD, pack)
 
 
 def test_a_sensor_that_reads_high_shows_more_than_a_full_pack_which_starts_full() -> None:
