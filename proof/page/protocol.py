@@ -33,8 +33,10 @@ LEAD = (
     "1C it is 0.01 mV from the twin with the LiPo and 0.08 with the LG M50, on three times the "
     "points 0.05 (benchmarks/truth_mesh.py). Flights are gusty or calm, logged at 10, 5 or 2 Hz, "
     "with 4 to 12 mV of noise in the voltage and 0.08 A, in a third of them 0.2 to 0.8 A, in the "
-    "current. About one log in five begins in flight, with the charge that is left then. The floor "
-    "is the noise with what the recorded current makes of the twin, beside the one that flowed.",
+    "current. About one log in five begins in flight, with the charge that is left then. Of about "
+    "one in six no file says how full the pack is: it is full or nearly, and the voltage at rest "
+    "before take-off tells it. The floor is the noise with what the recorded current makes of the "
+    "twin, beside the one that flowed.",
     "Every entry of the ledger holds the hash of the one before it, so none can be changed or "
     "left out later without the last hash becoming another. The first has seed, command, code and "
     "whose each trial is; every verdict has the hash of the code that gave it, which has to be "

@@ -27,10 +27,11 @@ class Configured:
         cell: name of a built-in cell.
         series: cells in series.
         parallel: strings.
-        start_soc: 0..1.
+        start_soc: 0..1; by rest, more than 1 is a voltage above that of a full cell, as of `Pack`.
         start_K: temperature of the cells at the start.
         ambient_K: of the air.
         heat_transfer_W_m2_K: to the air, with self-heating switched on; None: isothermal.
+        soc_by_rest: `start_soc` is by the voltage at rest.
     """
 
     cell: str
@@ -40,6 +41,7 @@ class Configured:
     start_K: float
     ambient_K: float
     heat_transfer_W_m2_K: float | None = None
+    soc_by_rest: bool = False
 
     @property
     def physics(self) -> tuple[str, ...]:
@@ -59,6 +61,7 @@ class Configured:
             series=self.series,
             parallel=self.parallel,
             initial_soc=self.start_soc,
+            soc_by_rest=self.soc_by_rest,
             initial_K=self.start_K,
             effects=() if heat is None else (SelfHeating(heat_transfer_W_m2_K=heat),),
         )
@@ -67,6 +70,10 @@ class Configured:
         """When that share of its nominal charge was drawn; a state of charge is one of a window."""
         spent = share * self.full_C / self.pack().window_C
         return replace(self, start_soc=self.start_soc - spent)
+
+    def rested(self, soc: float) -> "Configured":
+        """When its voltage at rest is that of so full a pack."""
+        return replace(self, start_soc=soc, soc_by_rest=True)
 
     def voltage_V(self, time_s: FloatArray, current_A: FloatArray) -> FloatArray:
         """(n,) what the twin makes of a current; NaN beyond where it cannot go on."""

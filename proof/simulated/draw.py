@@ -11,6 +11,7 @@ from proof.simulated.configured import END_SOC, Configured
 from proof.simulated.effects import FOREIGN, LIBRARY, PAIRS
 from proof.simulated.flights import PLANS
 from proof.simulated.instruments import USUAL, Instruments
+from proof.simulated.rest import Rest
 from proof.trial import Trial
 
 PYBAMM = "PyBaMM"  # whose the truths are
@@ -36,6 +37,20 @@ FROM_REST = {
 has leaked, on which branch they are, and of how much lithium they are so full is in no pack file.
 """
 
+BY_REST = 1 / 4  # how often a log that begins at rest tells how full the pack is, and no file does
+FULL_SOC, REST_S = (0.95, 1.0), (5.0, 30.0)
+IDLE, IDLE_A = 1 / 2, (0.1, 0.5)  # how often avionics draw from the pack; public logs: 0.0 to 0.6 A
+FULL = {"lipo_2200"}  # what this airframe can empty from full
+REST_STREAM = 4
+STATED = {"initial_soc"}
+"""What such a log cannot be asked of: a start that is read from it is not off. All else shows later
+on too: what reads high at rest reads high when empty, a branch is left, an emptier cell is empty
+first, and what leaks or strips goes on. These two make a rest that is none: a leak of 0.3 A lowers
+what is read by 0.005, 3000 mol/m3 that strip raise it by 0.007.
+"""
+ABOVE, LESS = {"ocv_hysteresis", "plating_stripping"}, 0.04
+"""These rest above the voltage of their charge: a charger has filled them when they hold less."""
+
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Drawn:
@@ -52,6 +67,7 @@ class Drawn:
         instruments: what records them.
         begun: share of what a flight draws at least that was drawn before its log begins; 0: the
             log begins at rest.
+        rest: how a log begins whose pack file states no charge.
         seed: of the noise.
     """
 
@@ -64,6 +80,7 @@ class Drawn:
     flights: tuple[int, ...]
     instruments: Instruments
     begun: float
+    rest: Rest | None
     seed: int
 
     @property
@@ -73,6 +90,11 @@ class Drawn:
         How warm it is by then is in no pack file.
         """
         return 0.0 if self.told.heat_transfer_W_m2_K else self.begun * self.drawn[0]
+
+    @property
+    def told_by_rest(self) -> Rest | None:
+        """None where the pack file states how full the pack is, as of all that are not full."""
+        return self.rest if self.told.cell in FULL else None
 
     @property
     def drawn(self) -> tuple[float, float]:
@@ -93,7 +115,7 @@ class Drawn:
             self,
             flavours=_flavours(rng, self.effects),
             multiple=min(self.multiple, weaker),
-            told=_told(rng, self.effects),
+            told=_full(_told(rng, self.effects), self.rest),
             plan=_plan(rng),
             flights=_flights(rng, len(self.flights)),
         )
@@ -150,14 +172,31 @@ def _one(rng: np.random.Generator, kind: str, effects: tuple[str, ...]) -> Drawn
         flights=_flights(rng, flights),
         instruments=_instruments(rng),
         begun=0.0,
+        rest=None,
         seed=int(rng.integers(2**31)),
     )
-    return replace(drawn, begun=_begun(np.random.default_rng([drawn.seed, STREAM]), effects))
+    begun = _begun(np.random.default_rng([drawn.seed, STREAM]), effects)
+    rest = _rest(np.random.default_rng([drawn.seed, REST_STREAM]), effects, begun)
+    return replace(drawn, begun=begun, rest=rest, told=_full(drawn.told, rest))
 
 
 def _begun(rng: np.random.Generator, effects: Sequence[str]) -> float:
     begins = FROM_REST.isdisjoint(effects) and rng.random() < BEGUN
     return float(rng.uniform(*BEFORE)) if begins else 0.0
+
+
+def _rest(rng: np.random.Generator, effects: Sequence[str], begun: float) -> Rest | None:
+    idle_A = float(rng.uniform(*IDLE_A)) if rng.random() < IDLE else 0.0
+    less = 0.0 if ABOVE.isdisjoint(effects) else LESS
+    soc = float(rng.uniform(*FULL_SOC)) - less
+    rest = Rest(soc=soc, seconds=float(rng.uniform(*REST_S)), idle_A=idle_A)
+    stated = begun or not STATED.isdisjoint(effects) or rng.random() >= BY_REST
+    return None if stated else rest
+
+
+def _full(told: Configured, rest: Rest | None) -> Configured:
+    """Charged for it, if it is one that is."""
+    return replace(told, start_soc=rest.soc) if rest and told.cell in FULL else told
 
 
 def _flavours(rng: np.random.Generator, effects: Sequence[str]) -> tuple[int, ...]:

@@ -30,6 +30,7 @@ class TrueFlight:
         time_s: (n,) from 0, PERIOD_S apart.
         current_A: (n,) out of the pack, discharge positive, straight between the samples.
         motion: (n,) names of `Motion`.
+        rest_s: of rest before it that tells how full the pack is; 0: a pack file states that.
     """
 
     name: str
@@ -37,6 +38,7 @@ class TrueFlight:
     time_s: FloatArray
     current_A: FloatArray
     motion: npt.NDArray[np.str_]
+    rest_s: float = 0.0
 
 
 def _hovering(rng: np.random.Generator) -> tuple[Leg, ...]:

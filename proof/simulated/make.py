@@ -15,8 +15,9 @@ from proof.simulated.flights import TrueFlight, true_flight
 from proof.simulated.flown import Flown, fly
 from proof.simulated.pack_truth import PackTruth
 from proof.simulated.record import Concealed, Recording, record
+from proof.simulated.rest import Rest
 from proof.simulated.solves import OutOfReachError, Solves
-from proof.simulated.strength import answer_V, missed_V, size_for
+from proof.simulated.strength import answer_V, known_start, missed_V, size_for
 from proof.trial import NoTrial
 from proof.truth import Channel, Number, Truth
 
@@ -32,15 +33,18 @@ def make(drawn: Drawn, folder: Path) -> tuple[Question, Truth]:
     solves, reasons = Solves(folder=folder), []
     for attempt in range(ATTEMPTS):
         own = drawn.otherwise(attempt)
-        flights = [
-            true_flight(own.plan, seed, full_C=own.told.full_C, drawn=own.drawn)
-            for seed in own.flights
-        ]
         try:
-            return _made(own, flights, solves)
+            return _made(own, [_flight(own, seed) for seed in own.flights], solves)
         except OutOfReachError as e:
             reasons.append(str(e)[:200])
     raise NoTrial("; ".join(reasons))
+
+
+def _flight(drawn: Drawn, seed: int) -> TrueFlight:
+    """After its rest, if that tells how full the pack is."""
+    flight = true_flight(drawn.plan, seed, full_C=drawn.told.full_C, drawn=drawn.drawn)
+    rest = drawn.told_by_rest
+    return rest.before(flight) if rest else flight
 
 
 def _made(drawn: Drawn, flights: Sequence[TrueFlight], solves: Solves) -> tuple[Question, Truth]:
@@ -63,7 +67,7 @@ def _made(drawn: Drawn, flights: Sequence[TrueFlight], solves: Solves) -> tuple[
     names = [*(f"flight-{k + 1}" for k in range(len(flown) - 1)), "held-out"]
     asked = [_asked(name, r) for name, (r, _) in zip(names, pieces, strict=True)]
     question = Question(
-        pack=told.begun(drawn.before).pack(), ambient_K=told.ambient_K, fitted=tuple(asked[:-1]),
+        pack=_start(drawn, asked).pack(), ambient_K=told.ambient_K, fitted=tuple(asked[:-1]),
         held_out=tuple(asked[-1:]), builtin=told.cell,
     )  # fmt: skip
     truth = Truth(
@@ -81,9 +85,26 @@ def _made(drawn: Drawn, flights: Sequence[TrueFlight], solves: Solves) -> tuple[
             "heated": told.heat_transfer_W_m2_K or 0.0,
             "start": told.start_soc, "start_K": told.start_K, "noise_V": by.noise_V,
             "noise_A": by.noise_A, "every": by.every, "drawn before": drawn.before,
+            **_told_by(drawn.told_by_rest),
         },
     )  # fmt: skip
     return question, truth
+
+
+def _start(drawn: Drawn, asked: Sequence[Asked]) -> Configured:
+    """As the pack file states it, else as the judge reads it from the first recording.
+
+    OutOfReachError where it takes the rest of any for none.
+    """
+    if not drawn.told_by_rest:
+        return drawn.told.begun(drawn.before)
+    first, *_ = tuple(known_start(drawn.told, r) for r in asked)
+    return first
+
+
+def _told_by(rest: Rest | None) -> dict[str, str | float]:
+    """Details: of a rest that is what tells how full the pack is."""
+    return {} if rest is None else {"told by rest": rest.seconds, "idle_A": rest.idle_A}
 
 
 def _asked(name: str, r: Recording) -> Asked:

@@ -5,25 +5,36 @@ from math import exp, isfinite, log
 
 import numpy as np
 
+from proof.question import Recording
 from proof.simulated.configured import Configured
 from proof.simulated.effects import Effect
+from proof.simulated.faults import Traces
 from proof.simulated.flights import TrueFlight
 from proof.simulated.flown import Flown, fly
 from proof.simulated.instruments import Instruments
 from proof.simulated.pack_truth import PackTruth
+from proof.simulated.rest import read
 from proof.simulated.solves import OutOfReachError, Solves
+from twin.at_rest import open_circuit_V
+from twin.builtin import load_cell
 
 CLOSE = 0.1  # in the logarithm of the difference
 TRIALS = 8
 LONGEST = log(8.0)  # step
+BEYOND_V = 1e-3  # of a cell: off its reference temperature it rests beside its curve
 
 
 def missed_V(told: Configured, flown: Flown, before: float = 0.0) -> float:
     """Rms of recorded minus the twin's voltage under the recorded current, without noise.
 
-    From when the share `before` of the charge was drawn: until then what flowed is known.
+    From when the share `before` of the charge was drawn: until then what flowed is known. Its start
+    is as the judge reads it, where the flight's rest tells it; OutOfReachError if that is none, or
+    none that a charger leaves.
     """
     seen = flown.recorded
+    if flown.flight.rest_s:
+        check_charged(told, flown)
+        told = known_start(told, seen)
     begin = int(np.searchsorted(seen.drawn, before))
     current_A = seen.current_A.copy()
     current_A[:begin] = flown.flight.current_A[:begin]
@@ -32,6 +43,27 @@ def missed_V(told: Configured, flown: Flown, before: float = 0.0) -> float:
         current_A[:begin] *= seen.drawn[begin - 1] * told.full_C / drawn_C
     left_V = seen.voltage_V - told.voltage_V(seen.time_s, current_A)
     return float(np.sqrt(np.mean(left_V[begin:] ** 2)))
+
+
+def check_charged(told: Configured, flown: Flown) -> None:
+    """OutOfReachError where the pack, whatever its sensor shows, rests above a full one."""
+    full_V = open_circuit_V(load_cell(told.cell), 1.0)
+    rests_V = float(flown.cells_V[:, 0].sum()) / told.series
+    if rests_V > full_V + BEYOND_V:
+        raise OutOfReachError(
+            f"it rests at {rests_V:.3f} V a cell: a charger stops at {full_V:.3f}"
+        )
+
+
+def known_start(told: Configured, recorded: Traces | Recording) -> Configured:
+    """The start as the judge reads it from a rest; OutOfReachError if it takes that for none.
+
+    What is off may hide in it: a sensor that reads high shows a fuller pack.
+    """
+    known = read(told, recorded.time_s, recorded.current_A, recorded.voltage_V)
+    if known is None:
+        raise OutOfReachError(f"a rest at {recorded.current_A[0]:.2f} A is taken for none")
+    return known
 
 
 def answer_V(told: Configured, flight: TrueFlight, by: Instruments) -> float:
