@@ -20,6 +20,10 @@ UNTOLD = 0.05
 """The same of one that only the twin as configured tells (`started`). Of 140 recordings by another
 simulator, most of them with an effect in it, it was 0.025 off, rms, 0.15 at worst (lost material);
 of controls 0.007. A calibrated twin errs besides."""
+NO_REST = 0.03
+"""The same of one that was read from a voltage at rest, beside an effect by which that was no rest.
+Near full a charge of 0.01 is 10 mV of a cell: of packs of 2.2 Ah by another simulator a leak of
+0.3 A made 0.005 of it, one of 2.4 A 0.03, 3000 mol/m3 of lithium that strip 0.007."""
 OF_SAMPLES = ("voltage_V", "judged", "motion", "temperature_K", "cell_voltage_V", "recorded")
 
 
@@ -100,6 +104,12 @@ class Flight:
     def start_open(self) -> bool:
         """How full it was is known so badly that its own voltage tells it better."""
         return self.start_std > START_SOC
+
+    def beside(self, *, no_rest: bool) -> "Flight":
+        """With effects, of which some may have made what was read as a rest none."""
+        if not (no_rest and self.pack.soc_by_rest):
+            return self
+        return replace(self, start_std=max(self.start_std, NO_REST))
 
     @property
     def time_s(self) -> FloatArray:

@@ -12,7 +12,9 @@ from twin.effects import (
     ActivationEnergies,
     AnyEffect,
     ColdPack,
+    CurrentOffset,
     InitialSoc,
+    Leakage,
     OcvHysteresis,
     Plating,
     SelfHeating,
@@ -60,6 +62,11 @@ class Hypothesis:
         """Those fitted."""
         known = {p.name: p for p in self.kind.parameters}
         return tuple(known[name] for name in self.fitted)
+
+    @property
+    def no_rest(self) -> bool:
+        """Where its sensor shows no current the pack does not rest: it strips, leaks or gives."""
+        return self.kind in (CurrentOffset, Leakage, Plating)
 
     def present(self, pack: Pack) -> AnyEffect | None:
         """The effect as the pack has it."""

@@ -70,7 +70,8 @@ class Problem:
     def __init__(
         self, data: Sequence[tuple[Flight, Whitener]], hypotheses: Sequence[Hypothesis]
     ) -> None:
-        self.flights, self.hypotheses = tuple(f for f, _ in data), tuple(hypotheses)
+        self.hypotheses, no_rest = tuple(hypotheses), any(h.no_rest for h in hypotheses)
+        self.flights = tuple(f.beside(no_rest=no_rest) for f, _ in data)
         self._whiteners = tuple(w for _, w in data)
         self._channels = tuple(channels(f) for f in self.flights)
         packs = [beyond_cut_offs(f.pack) for f in self.flights]
@@ -84,9 +85,10 @@ class Problem:
         self._mixes = block_diag(np.zeros((0, 0)), *(h.mixes for h in hypotheses))
 
     def beside(self, more: Sequence[Hypothesis], q: FloatArray) -> tuple["Problem", FloatArray]:
-        """With more hypotheses at the centre of their priors, and q (k,) there."""
+        """With more hypotheses at the centre of their priors, and q (k,) there: the same starts."""
         data = tuple(zip(self.flights, self._whiteners, strict=True))
         wider = Problem(data, [*self.hypotheses, *more])
+        wider.flights = self.flights
         return wider, np.insert(q, len(self._terms), np.zeros(wider.size - self.size))
 
     @property

@@ -8,7 +8,7 @@ import pytest
 from tests.twin.mismatch.recordings import flown
 from tests.twin.mismatch.test_begun import OURS, late
 from twin.at_rest import OVERFULL, open_circuit_V, soc_at_rest
-from twin.effects import AnyEffect, InitialSoc, SeriesResistance, VoltageGain, WeakCell
+from twin.effects import AnyEffect, InitialSoc, Leakage, SeriesResistance, VoltageGain, WeakCell
 from twin.mismatch import UNTOLD, Flight, Verdict, explain
 from twin.mismatch.fit import fit
 from twin.mismatch.hypothesis import HYPOTHESES
@@ -60,6 +60,33 @@ def test_a_start_that_a_rest_tells_badly_is_never_above_full() -> None:
     told = started(replace(flight, pack=badly, start_std=UNTOLD))
     own = fit(split([told], ()), ())
     assert starts_of(own)["flight 1"][0] <= 1.0
+
+
+@pytest.mark.parametrize(
+    ("effect", "ids"),
+    [
+        (Leakage(current_A=1.0), {"leakage"}),
+        (RESISTANCE, {"initial_soc", "series_resistance"}),
+    ],
+)
+def test_what_was_read_while_a_pack_leaked_is_no_rest(effect: AnyEffect, ids: set[str]) -> None:
+    """Full to 0.980, read as 0.965; held out as well."""
+    flights = [flown((effect, InitialSoc(offset=-0.02)), seed=seed) for seed in (1, 2)]
+    read = replace(flights[0].pack, initial_soc=0.965, soc_by_rest=True)
+    one, other = (replace(f, pack=read) for f in flights)
+    kinds = {"leakage", "initial_soc", "series_resistance"}
+    found = explain([one], [other], hypotheses=[h for h in HYPOTHESES if h.id in kinds])
+    assert {e.id for e in found.effects} == ids
+    assert found.errors.held_out_after < 1.1 * found.errors.noise
+
+
+def test_beside_a_stated_error_of_a_sensor_a_start_is_where_it_was_fitted() -> None:
+    offset = [h for h in HYPOTHESES if h.id == "current_offset"]
+    flight = flown([InitialSoc(offset=-0.02)], seed=1)
+    read = replace(flight.pack, initial_soc=0.98, soc_by_rest=True)
+    own = fit(split([replace(flight, pack=read)], ()), ()).problem
+    wider, q = own.beside(offset, np.array([2.0]))
+    assert wider.pack(q, 0).initial_soc == own.pack(np.array([2.0]), 0).initial_soc
 
 
 @pytest.mark.parametrize("gain", [0.996, 1.004])
