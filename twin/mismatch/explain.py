@@ -316,10 +316,7 @@ def _courses(data: Data, best: Fitted) -> tuple[Course, ...]:
     """Every recording once, at the samples that were recorded."""
     ahead = {f.name for f, _ in data.held_out}
     out: dict[str, Course] = {}
-    for problem, q, own in (
-        (best.problem, best.q, data.fitted),
-        (best.judge, best.ahead_q, data.held_out),
-    ):
+    for problem, q in ((best.problem, best.q), (best.judge, best.ahead_q)):
         for k, flight in enumerate(problem.flights):
             counted = np.zeros(flight.time_s.size, dtype=bool)
             counted[problem.judged(k)] = True
@@ -335,8 +332,7 @@ def _courses(data: Data, best: Fitted) -> tuple[Course, ...]:
                 judged=counted if before is None else counted | before.judged,
                 judged_ahead=counted if problem is best.judge else np.zeros_like(counted),
                 parts=tuple(
-                    replace(part, voltage_V=part.voltage_V[at])
-                    for part in parts(own, problem, q, k)
+                    replace(part, voltage_V=part.voltage_V[at]) for part in parts(problem, q, k)
                 ),
             )
     return tuple(out.values())

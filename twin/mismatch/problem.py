@@ -86,10 +86,21 @@ class Problem:
 
     def beside(self, more: Sequence[Hypothesis], q: FloatArray) -> tuple["Problem", FloatArray]:
         """With more hypotheses at the centre of their priors, and q (k,) there: the same starts."""
-        data = tuple(zip(self.flights, self._whiteners, strict=True))
-        wider = Problem(data, [*self.hypotheses, *more])
-        wider.flights = self.flights
+        wider = self._with([*self.hypotheses, *more])
         return wider, np.insert(q, len(self._terms), np.zeros(wider.size - self.size))
+
+    def without(self, place: int, q: FloatArray) -> tuple["Problem", FloatArray]:
+        """Without one of the hypotheses, and q (k,) of the others: the same starts."""
+        before, own = self.hypotheses[:place], self.hypotheses[place]
+        first = sum(len(h.fitted) for h in before)
+        rest = self._with([*before, *self.hypotheses[place + 1 :]])
+        return rest, np.delete(q, range(first, first + len(own.fitted)))
+
+    def _with(self, hypotheses: Sequence[Hypothesis]) -> "Problem":
+        """Starts as well known as here."""
+        other = Problem(tuple(zip(self.flights, self._whiteners, strict=True)), hypotheses)
+        other.flights = self.flights
+        return other
 
     @property
     def size(self) -> int:
