@@ -71,6 +71,7 @@ def test_it_is_as_probable_as_by_a_filter(
     assert by_ways == pytest.approx(gained, rel=3e-3)
 
 
+@pytest.mark.long
 def test_sensors_that_drift_each_in_its_way_are_told_in_words() -> None:
     finding = explain([drifting(1, 0.03), drifting(2, 0.05)], [drifting(3, -0.04)], hypotheses=FEW)
     assert finding.verdict is not Verdict.NAMED

@@ -101,6 +101,7 @@ def calm(truth: tuple[AnyEffect, ...], seed: int) -> Flight:
     return recorded(true, random, seed=seed, noise_A=0.15, noise_V=6e-3, truth=truth)
 
 
+@pytest.mark.long
 def test_a_lag_and_a_clock_that_cancel_are_no_filter_for_noise() -> None:
     """They were named beside slow reactions, together: in calm air they took the noise away."""
     truth = (ReactionKinetics(negative_factor=0.6, positive_factor=1.0),)

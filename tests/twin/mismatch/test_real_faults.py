@@ -58,7 +58,7 @@ def test_what_the_twin_errs_by_is_nothing() -> None:
 @pytest.mark.parametrize(
     ("fault", "current", "ohm", "told_K"),
     [
-        ("current_gain", 1.15, 0.0, WARM_K),
+        pytest.param("current_gain", 1.15, 0.0, WARM_K, marks=pytest.mark.long),
         pytest.param("series_resistance", 1.0, 0.006, WARM_K, marks=pytest.mark.long),
         pytest.param("cold_pack", 1.0, 0.0, COLD_K, marks=pytest.mark.long),
     ],

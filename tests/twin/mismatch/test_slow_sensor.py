@@ -116,7 +116,9 @@ def test_samples_whose_current_was_never_recorded_do_not_count(shift_s: float) -
     assert not own.judged[unheard].any()
 
 
-@pytest.mark.parametrize(("every", "alike"), [(5, {"sensor_lag"}), (1, set())])
+@pytest.mark.parametrize(
+    ("every", "alike"), [(5, {"sensor_lag"}), pytest.param(1, set(), marks=pytest.mark.long)]
+)
 def test_within_half_a_sample_a_clock_and_a_lag_look_alike(every: int, alike: set[str]) -> None:
     """0.14 s late: at 2 Hz odds of e^7 speak for a lag."""
     both = [h for h in HYPOTHESES if h.id in {"clock_shift", "sensor_lag"}]
